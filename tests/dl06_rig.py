@@ -47,7 +47,7 @@ class Rig:
         self.aux += [0.0] * (TABLE + POINTS)
         self.signal_values += [plant.value if plant else 0.0, 0.0, 0.0, s.out, 0.0, 0.0]
         calculate_gains(c, s)
-        s.pending |= bits.FIRST
+        s.pending |= bits.FIRST_SAMPLE
         self.configs.append(c)
         self.states.append(s)
         self.plants.append(plant or Fixed())

@@ -139,6 +139,6 @@ def play(machine, steps, pv=(), base=100_000, start=0):
         for i, s in enumerate(machine.states):
             if s.notice:
                 text = "; ".join(filter(None, machine.describe(s.notice)))
-                said.append((k, machine.loops[i], machine.requested(s.notice), text))
+                said.append((k, machine.loops[i], machine.requested_mode(s.notice), text))
             s.notice = 0
     return said

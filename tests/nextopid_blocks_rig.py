@@ -61,7 +61,7 @@ class Block:
     """A block of a type, called every ``ts`` seconds."""
 
     def __init__(self, kind, ts=0.1, **given):
-        self.places = slots.PLACES[kind]
+        self.places = slots.OFFSETS[kind]
         self.c = Config(kind=slots.KINDS[kind], base=MARGIN, sample_time=single(ts), buffer=MARGIN)
         self.s = State()
         self.signal_values = [UNTOUCHED] * MARGIN + [0.0] * len(self.places) + [UNTOUCHED] * MARGIN

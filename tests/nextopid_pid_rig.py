@@ -6,7 +6,7 @@ import math
 
 from pidcfg.sim.controllers.kernels import single
 from pidcfg.sim.controllers.nextopid.equation import call_pid
-from pidcfg.sim.controllers.nextopid.terms import KINDS, PLACES, Config, State
+from pidcfg.sim.controllers.nextopid.terms import KINDS, OFFSETS, Config, State
 from pidcfg.sim.controllers.plc import TICKS
 
 PLAIN = {"Kp": 1, "MaxMV": 100, "MaxPV": 100, "Indep": 1}
@@ -17,7 +17,7 @@ class Block:
     """A block by its parameters' names, a dot as two underscores; ``before`` lies in front of it."""
 
     def __init__(self, kind="PIDA_TUNE_REAL", ts=0.1, before=3, **parameters):
-        self.places = PLACES[kind]
+        self.places = OFFSETS[kind]
         self.c = Config(
             kind=KINDS[kind],
             base=before,

@@ -67,13 +67,13 @@ class Plc(BasePlc):
     signal_values: list[float] = field(default_factory=list)
     signals: list[str] = field(default_factory=list)
     scales: list[tuple[float, float, int]] = field(default_factory=list)
-    goals: list[str] = field(default_factory=list)
+    initial_modes: list[str] = field(default_factory=list)
     flags: dict[str, int] = field(default_factory=lambda: {"V1": 0})
     running: bool = True
     base: int = 1_000_000
     out_name: str = "OUT"
     pulses: tuple[str, ...] = ()
-    rises: tuple[bool, ...] = (True,) * 8
+    output_raises_pv: tuple[bool, ...] = (True,) * 8
     word_of_flags: str = "0x{:04X}"
     modes: dict[str, int] = field(default_factory=lambda: dict(MODES))
     alarm_bits: dict[str, int] = field(default_factory=lambda: {"high": ALARM})
@@ -94,7 +94,7 @@ class Plc(BasePlc):
     def mode(self, status):
         return "auto" if status & MODES["auto"] else "manual"
 
-    def requested(self, notice):
+    def requested_mode(self, notice):
         return "auto" if notice == 1 else None
 
     def describe(self, notice):
@@ -104,7 +104,7 @@ class Plc(BasePlc):
     def periods(self):
         return [c.period for c in self.configs]
 
-    def period_set(self, _loop, path, value):
+    def new_period(self, _loop, path, value):
         return int(value * 1_000_000) if path == ("sample_rate",) else 0
 
     def scan_time(self, without_loops):
@@ -121,7 +121,7 @@ class Plc(BasePlc):
     def set(self, loop, path, value, signal_values):
         name = {"setpoint": "sp"}.get(path[0], path[0])
         if name == "sample_rate":
-            self.configs[loop].period = self.period_set(loop, path, value)
+            self.configs[loop].period = self.new_period(loop, path, value)
             return None
         setattr(self.states[loop], name, float(value))
         if name == "sp":
@@ -143,7 +143,7 @@ class Plc(BasePlc):
         self.calls.append(("autotune", loop, command))
         self.states[loop].status |= FLAG
 
-    def tuned(self, loop):
+    def tuning_result(self, loop):
         if not self.states[loop].status & FLAG:
             return None
         return {"done": True, "error": False, "status": "done", "results": {"gain": 2.5}}
@@ -186,7 +186,7 @@ class Controller:
         plc.signal_values = [0.0] * 10
         plc.signals = [f"{loop}.{name}" if name else "" for loop in plc.loops for name in SIGNALS]
         plc.scales = [(0.0, 100.0, 1000)] * 2
-        plc.goals = ["auto", "auto"]
+        plc.initial_modes = ["auto", "auto"]
         for s in plc.states:
             s.status, s.sp = MODES["auto"], 50.0
         for name, value in given.items():

@@ -105,9 +105,9 @@ def run(config: Data, scenario: Data, every: int, engine: EngineName = "python")
     columns = {name: [float(row[i]) for row in rows[1:]] for i, name in enumerate(rows[0])}
     standing = getattr(report, "standing", ())
     failures = tuple(
-        f"{v.kind} {v.loop}: {v.text}" for v in standing if v.judged and not v.passed and v.allowed is None
+        f"{v.kind} {v.loop}: {v.text}" for v in standing if v.is_judged and not v.passed and v.allowed is None
     )
-    unjudged = tuple(f"{v.kind} {v.loop}: {v.text}" for v in standing if not v.judged)
+    unjudged = tuple(f"{v.kind} {v.loop}: {v.text}" for v in standing if not v.is_judged)
     notes = tuple(note.text for note in report.notes if note.error)
     return Run(
         columns["time"],

@@ -32,7 +32,7 @@ from pidcfg.schemas.iec import AUTOTUNE_MODE
 from pidcfg.schemas.nextopid import NextopidFile
 from pidcfg.schemas.scenario import Scenario
 from pidcfg.sim.controllers.dpide import scan as dpide
-from pidcfg.sim.controllers.kernels import nearest, single
+from pidcfg.sim.controllers.kernels import round_half_even, single
 from pidcfg.sim.controllers.nextopid import scan as nextopid
 from pidcfg.sim.controllers.nextopid import terms
 from pidcfg.sim.controllers.nextopid.plc import write_commands
@@ -89,7 +89,7 @@ def _scenario(vendor, name, samples, step):
 
 def _run(scenario, new_plc, module, scan):
     controller = SimpleNamespace(**{**vars(module), "scan": scan})
-    simulate(scenario, new_plc, controller, Settings(engine="python", with_verdicts=False, reference=False))
+    simulate(scenario, new_plc, controller, Settings(engine="python", with_verdicts=False, with_reference=False))
 
 
 # --- NextoPID ---------------------------------------------------------------------------------------------------------
@@ -122,7 +122,7 @@ def _record_nextopid(vendor, name, samples):
 
     plc = new_plc()
     names = _names_in_text(unit)
-    outside = {slot: key for key, slot in plc.outside.items()}
+    outside = {slot: key for key, slot in plc.outside_inputs.items()}
     names_of = {slot: outside.get(slot) or names.get(slot) for slot in range(len(plc.signal_values))}
 
     def scan(tick, configs, states, aux, signals):
@@ -139,8 +139,8 @@ def _record_nextopid(vendor, name, samples):
         last["values"] = list(signals[: len(before)])
         steps.append(Step(tick, writes, {names[i]: signals[i] for i in names}))
 
-    periods = {plc.items[i].name: plc.configs[place].period for place, i in enumerate(plc.listed)}
-    scenario = _scenario(vendor, name, samples, min(periods.values(), default=plc.task))
+    periods = {plc.items[i].name: plc.configs[place].period for place, i in enumerate(plc.listed_items)}
+    scenario = _scenario(vendor, name, samples, min(periods.values(), default=plc.task_ticks))
     _run(scenario, new_plc, nextopid, scan)
     initial = {key: plc.signal_values[i] for i, key in names.items()}
     return Record(
@@ -266,7 +266,7 @@ def _values(loops, plc):
         found |= {loop.symbols[key].name: held[key] for key in ROWS if loop.is_symbol(key) and key != "PV"}
         found |= {f"{loop.name}.{key}": single(held[key]) for key in ROWS if key != "PV"}
         if loop.call.GPWM is not None:
-            found[f"{loop.call.GPWM.output}.{loop.call.GPWM.cycle}"] = nearest(single(held["MV"]))
+            found[f"{loop.call.GPWM.output}.{loop.call.GPWM.cycle}"] = round_half_even(single(held["MV"]))
     return found
 
 

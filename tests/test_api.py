@@ -498,7 +498,7 @@ def test_a_configuration_runs_with_a_drafted_scenario():
     result = pidcfg.simulate(REACTOR)
     assert result.ok
     assert result.to_json()["file"] == REACTOR.as_posix()
-    assert {v.kind for v in result.report.standing if not v.judged} == {"wrong-action"}, "of the plant's sign"
+    assert {v.kind for v in result.report.standing if not v.is_judged} == {"wrong-action"}, "of the plant's sign"
 
 
 def test_a_configuration_with_errors_has_no_scenario():

@@ -20,7 +20,7 @@ from pidcfg.study.certification import certify as certify_module
 from pidcfg.study.certification import samples as workers
 from pidcfg.study.certification import tally as tally_module
 from pidcfg.study.certification.certify import BatchOutcome as Outcome
-from pidcfg.study.certification.certify import Names, Plan, charts_of, make_certification
+from pidcfg.study.certification.certify import CertifyOptions, Names, charts_of, make_certification
 from pidcfg.study.certification.samples import (
     FAN_TIMES,
     Batch,
@@ -34,7 +34,7 @@ from pidcfg.study.certification.samples import (
     name_differences,
     trial_facts,
 )
-from pidcfg.study.certification.tally import BLOCK_SAMPLES, MOST_WORST, Tally, json_of
+from pidcfg.study.certification.tally import BLOCK_SAMPLES, MAX_WORST, Tally, json_of
 from pidcfg.text.document import Document, Node, Plain
 from pidcfg.text.processes import ITEMS_AHEAD
 from pidcfg.text.reader import DEFAULT
@@ -132,7 +132,7 @@ def test_blocks_end_after_so_many_samples_and_worst_are_few():
     assert (iae.block_total, iae.total) == (0, BLOCK_SAMPLES * (BLOCK_SAMPLES - 1) / 2)
     tally.add_result(seen(BLOCK_SAMPLES), [GAIN])
     assert iae.block_total == BLOCK_SAMPLES
-    assert [one.sample for one in tally.worst] == list(range(MOST_WORST))
+    assert [one.sample for one in tally.worst] == list(range(MAX_WORST))
 
 
 def varied(i):
@@ -240,7 +240,9 @@ def test_the_worst_say_what_they_miss():
 
 
 def test_2000_samples_are_what_a_plan_has():
-    assert Plan() == Plan(2000, None, 1, None, 3, record=False, state=None, keep=None, progress=None, remark=None)
+    assert CertifyOptions() == CertifyOptions(
+        2000, None, 1, None, 3, record=False, state=None, keep=None, progress=None, remark=None
+    )
 
 
 # --- the fan ---------------------------------------------------------------------------------------------------------
@@ -425,7 +427,7 @@ def test_a_state_is_kept_now_and_then_and_at_the_end(monkeypatch, cluster, minut
     monkeypatch.setattr(certify_module, "key_of", lambda _: "key")
     monkeypatch.setattr(certify_module, "state_text", lambda progress, _: progress.tally.samples)
     monkeypatch.setattr(certify_module, "time", SimpleNamespace(monotonic=lambda: clock[min(len(shares), 7) - 1]))
-    plan = Plan(len(minutes), keep=states.append, progress=shares.append, cluster=cluster)
+    plan = CertifyOptions(len(minutes), keep=states.append, progress=shares.append, cluster=cluster)
     tally = certify_module.run_samples(None, Names("x", [], [], []), [], plan)
     assert (states, tally.samples, shares[-1]) == (kept, len(minutes), 1.0)
     assert shares[0] == 1 / len(minutes)

@@ -88,7 +88,7 @@ def records_after(run):
     groups = (machine.meters, machine.bands, machine.gauges, machine.onsets, net.plants, net.channels, plc.configs)
     groups += (plc.states, plc.aux, net.signal_values, held.plants, held.channels, held.signal_values, held.outputs)
     used = max((plant.delay + plant.length for plant in net.plants), default=0)
-    found = [[values_of(record) for record in group] for group in (*groups, held.rivals)]
+    found = [[values_of(record) for record in group] for group in (*groups, held.benefits)]
     return [*found, list(net.delay[:used]), list(held.delay[:used]), net.parts, run.zero]
 
 
@@ -368,7 +368,7 @@ def test_a_hundred_numbers_without_one_within_the_limits_are_enough():
 
 @pytest.mark.parametrize("what", [uniform(40, 90), normal(8, 2), normal(8, 2, 4, 9), normal(8, 2, 9, inf)])
 def test_a_fifth_of_the_samples_lies_in_each_outer_fifth(what):
-    low, high = fifth_bounds(what.ends)
+    low, high = fifth_bounds(what.spread)
     values = [draw_number(what, 5, i) for i in range(3000)]
     assert abs(fmean(value < low for value in values) - 0.2) < 0.03
     assert abs(fmean(value >= high for value in values) - 0.2) < 0.03

@@ -57,7 +57,7 @@ def tuned(rig, most=200_000):
         rig.step()
         most -= 1
         assert most
-    return rig.plc.tuned(0)
+    return rig.plc.tuning_result(0)
 
 
 PLANTS = [
@@ -107,7 +107,7 @@ def test_the_output_steps_where_there_is_room_and_returns(out, moved):
 
     assert seen == {out, moved}
     assert rig.states[0].bias == pytest.approx(out, abs=5.0)
-    assert rig.plc.tuned(0)["done"]
+    assert rig.plc.tuning_result(0)["done"]
 
 
 def test_the_gain_does_not_depend_on_the_outputs_limits():

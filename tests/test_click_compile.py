@@ -96,7 +96,7 @@ def random_event(rng, plc, i):
 
 @pytest.fixture(scope="module")
 def fast():
-    return compile_functions([drive], inlined=INLINED)[drive]
+    return compile_functions([drive], inlined_kernels=INLINED)[drive]
 
 
 def test_random_plcs_run_to_the_same_bits_compiled_and_not(fast):
@@ -115,7 +115,7 @@ def test_random_plcs_run_to_the_same_bits_compiled_and_not(fast):
             advance(drive, fast, head, (configs, states, aux, signals), noise)
             for c, s in zip(configs, states, strict=True):
                 seen |= s.status
-                errors.add(s.error)
+                errors.add(s.error_row)
                 tuned |= {c.tune_closed} if s.tune_done == 1 else set()
                 pulses |= {signals[c.pwm_slot]} if c.pwm else set()
                 s.notice = 0

@@ -161,12 +161,12 @@ def test_a_bias_that_is_no_number_comes_from_an_output_that_is_none():
 def test_a_notice_knows_what_was_requested():
     number = add_notice(add_notice(0, 2, 100 + 12), 0, 4)
 
-    assert Click.requested(number) == "auto"
+    assert Click.requested_mode(number) == "auto"
     assert Click.describe(number) == (
         "refused: PID error 27: reset time (DFn+06) is not within 0.01 to 6000 s",
         "no PID error any more",
     )
-    assert Click.requested(4) is None
+    assert Click.requested_mode(4) is None
     assert Click.describe(0) == ("", "")
 
 

@@ -18,7 +18,7 @@ from pidcfg.schemas.base import Quantity
 from pidcfg.schemas.click import ClickFile
 from pidcfg.schemas.scenario import Scenario
 from pidcfg.sim.controllers import click as click_decisions
-from pidcfg.sim.controllers.click import CONTROLLER
+from pidcfg.sim.controllers.click import CONTROLLER_DECISIONS
 from pidcfg.sim.controllers.click import scan as click
 from pidcfg.sim.controllers.click.equation import bits_of, float_of
 from pidcfg.sim.controllers.click.scan import load
@@ -119,7 +119,7 @@ def test_names_signals_and_scales():
         "L2.ERROR",
         "L2.PWM",
     ]
-    assert plc.goals == ["auto", "manual"]
+    assert plc.initial_modes == ["auto", "manual"]
     assert [scale[:2] for scale in plc.scales] == [(0.0, 100.0)] * 2
     assert plc.flags == {"DS1": 0, "DS16": 0}
     assert tuple(plc.modes) == ("manual", "auto", "autotune")
@@ -303,8 +303,8 @@ def test_a_new_sample_rate_is_known_beforehand(rate, ticks):
     key = ("sample_rate",)
     value = plc.check_set(0, key, rate)
 
-    assert plc.period_set(0, key, value) == ticks
-    assert plc.period_set(0, ("setpoint",), Decimal(5)) == 0
+    assert plc.new_period(0, key, value) == ticks
+    assert plc.new_period(0, ("setpoint",), Decimal(5)) == 0
     plc.set(0, key, value, plc.signal_values)
     assert plc.periods == [ticks]
 
@@ -572,11 +572,11 @@ def test_what_this_plc_does_not_have_is_said(text, message):
 
 
 def test_numbers_go_on_without_a_gap():
-    assert [decision.number for decision in CONTROLLER] == [*range(110, 129), 673, 674]
-    assert CONTROLLER[18].number < 130
+    assert [decision.number for decision in CONTROLLER_DECISIONS] == [*range(110, 129), 673, 674]
+    assert CONTROLLER_DECISIONS[18].number < 130
 
 
-@pytest.mark.parametrize("decision", CONTROLLER, ids=lambda decision: f"D{decision.number}")
+@pytest.mark.parametrize("decision", CONTROLLER_DECISIONS, ids=lambda decision: f"D{decision.number}")
 def test_a_decision_is_named_where_it_is_carried_out(decision):
     modules = sorted(Path(click_decisions.__file__).parent.glob("*.py"))
 

@@ -183,7 +183,7 @@ def test_blocks_that_are_ready_too_early_are_kept(two, alone, monkeypatch):
 
 def test_a_block_that_went_with_an_earlier_one_is_not_run_again():
     """One worker had the first block while four after it were ready, and nobody asked in between."""
-    fleet = cluster.Fleet(None, None, "", SAMPLES, None, {}, print, accepted={"one", "two"})
+    fleet = cluster.Fleet(None, None, "", SAMPLES, None, {}, print, accepted_workers={"one", "two"})
     four = dict.fromkeys(range(SMALL, 5 * SMALL, SMALL))
     assert fleet.next_block(0, four) == 0
     assert fleet.next_block(5 * SMALL, {}) == 5 * SMALL
@@ -368,12 +368,12 @@ def fake(monkeypatch):
 
 
 def test_where_a_block_ends(fake):
-    assert [fake.fleet.end_of(first) for first in (0, 15, 16, 95, 96, 99)] == [16, 16, 32, 96, 100, 100]
+    assert [fake.fleet.block_end(first) for first in (0, 15, 16, 95, 96, 99)] == [16, 16, 32, 96, 100, 100]
 
 
 def test_blocks_are_handed_out_one_after_the_other_and_then_once_more(fake):
     fleet = fake.fleet
-    fleet.accepted = {"a", "b"}
+    fleet.accepted_workers = {"a", "b"}
     assert [fleet.next_block(0, {}) for _ in range(8)] == [0, 16, 32, 48, 64, 80, 96, None]
     fake.has("a", 32)
     assert [fleet.next_block(due, {}) for due in (0, 32, 33)] == [32, 32, None]
@@ -390,7 +390,7 @@ def test_blocks_are_handed_out_one_after_the_other_and_then_once_more(fake):
 
 def test_no_more_than_four_blocks_a_worker_are_ready_before_an_earlier_one(fake):
     fleet = fake.fleet
-    fleet.accepted, fleet.next_first = {"a"}, 16
+    fleet.accepted_workers, fleet.next_first = {"a"}, 16
     assert fleet.next_block(0, dict.fromkeys((16, 32, 48, 64))) == 80
     assert fleet.next_first == 96
     fleet.next_first = 16
@@ -399,7 +399,7 @@ def test_no_more_than_four_blocks_a_worker_are_ready_before_an_earlier_one(fake)
 
 def test_a_block_goes_to_an_accepted_worker_that_has_none(fake):
     fleet = fake.fleet
-    fleet.accepted = {"a", "b", "c"}
+    fleet.accepted_workers = {"a", "b", "c"}
     fake.has("b", 96)
     fake.sent.clear()
     fleet.next_first = 64
@@ -441,12 +441,12 @@ def test_newcomers_have_their_trial_and_the_lost_are_missed(fake):
     fleet.look_at_workers()
     assert len(fake.sent) == 2, "it has just looked"
     fleet.end_task("a")
-    fleet.accepted = {"a", "gone"}
-    fleet.refused = {"c": "why"}
+    fleet.accepted_workers = {"a", "gone"}
+    fleet.refused_workers = {"c": "why"}
     del fake.threads["b"]
     fake.now += 0.05
     fleet.look_at_workers()
-    assert (len(fake.sent), fleet.accepted, fleet.tasks) == (2, {"a"}, {})
+    assert (len(fake.sent), fleet.accepted_workers, fleet.tasks) == (2, {"a"}, {})
     fake.threads["d"] = 2
     fake.now += 1
     start = "dask worker tcp://s:1 --nthreads 1 --nworkers N"
@@ -473,10 +473,10 @@ def test_nobody_is_waited_for_longer_than_a_minute(fake):
 
 
 def test_workers_that_are_all_left_out_are_the_end(fake):
-    fake.fleet.refused = {"a": "one", "b": "two", "gone": "three"}
+    fake.fleet.refused_workers = {"a": "one", "b": "two", "gone": "three"}
     with pytest.raises(WorkersError, match=r"no worker calculates like this machine: a: one; b: two$"):
         fake.fleet.look_at_workers()
-    fake.fleet.refused.pop("a")
+    fake.fleet.refused_workers.pop("a")
     fake.now += 1.0
     fake.fleet.look_at_workers()
     assert [workers for *_, workers in fake.sent] == [["a"]]
@@ -486,13 +486,13 @@ def test_what_a_worker_brings(fake):
     fleet, lost = fake.fleet, ConnectionError("lost")
     assert fake.brings("a", 16, "block") == [(16, "block")]
     assert fake.brings("a", None, {"x": "1"}) == []
-    assert (fleet.accepted, fleet.refused, fake.remarks) == ({"a"}, {}, [])
+    assert (fleet.accepted_workers, fleet.refused_workers, fake.remarks) == ({"a"}, {}, [])
     fleet.looked_at = 7.0
     assert fake.brings("b", None, {"x": "2"}) == []
-    assert (fleet.accepted, fleet.refused, fleet.looked_at) == ({"a"}, {"b": "x 2 and not 1"}, 0.0)
+    assert (fleet.accepted_workers, fleet.refused_workers, fleet.looked_at) == ({"a"}, {"b": "x 2 and not 1"}, 0.0)
     assert fake.remarks == ["worker b is left out: x 2 and not 1"]
     assert fake.brings("c", None, error=ModuleNotFoundError("no pidcfg")) == []
-    assert fleet.refused["c"] == "it cannot run this pidcfg: ModuleNotFoundError: no pidcfg"
+    assert fleet.refused_workers["c"] == "it cannot run this pidcfg: ModuleNotFoundError: no pidcfg"
     fleet.looked_at = 7.0
     assert fake.brings("a", 32, error=lost, status="lost") == []
     assert (fleet.lost_blocks, fleet.looked_at) == ([32], 0.0)

@@ -27,7 +27,7 @@ from pidcfg.sim.controllers.dl06 import scan as dl06
 from pidcfg.sim.controllers.dl06.autotune import POINTS, REQUESTED
 from pidcfg.sim.controllers.dl06.equation import Config, State, calculate_gains
 from pidcfg.sim.controllers.dl06.scan import INLINED, scan
-from pidcfg.sim.controllers.kernels import clamp, nearest, single
+from pidcfg.sim.controllers.kernels import clamp, round_half_even, single
 from pidcfg.sim.controllers.nextopid import scan as nextopid
 from pidcfg.sim.controllers.nextopid import terms as slots
 from pidcfg.sim.engine import choice as engine
@@ -107,20 +107,20 @@ def random_config(rng, i, n):
 def random_alarms(rng, c):
     at = sorted(c.pv_min + c.pv_span * rng.random() for _ in range(4))
     if rng.random() < 0.6:
-        c.low_low, c.low, c.high, c.high_high = (nearest(x) for x in at)
+        c.low_low, c.low, c.high, c.high_high = (round_half_even(x) for x in at)
     if rng.random() < 0.6:
-        c.yellow, c.red = nearest(0.02 * c.pv_span), nearest(0.1 * c.pv_span)
+        c.yellow, c.red = round_half_even(0.02 * c.pv_span), round_half_even(0.1 * c.pv_span)
     if rng.random() < 0.5:
-        c.rate_of_change = nearest(0.005 * c.pv_span)
+        c.rate_of_change = round_half_even(0.005 * c.pv_span)
     c.hysteresis = rng.choice([0.0, 1.0, 40.0])
 
 
 def random_state(rng, c):
     s = State(period=c.period, gain=rng.choice([0.0, 0.5, 3.0]), reset=rng.choice([0.0, 2.0, 60.0]))
     s.rate = rng.choice([0.0, 0.0, 2.0])
-    s.sp = nearest(clamp(c.pv_min + c.span * rng.random(), c.pv_min, c.pv_max))
-    s.out = nearest(c.out_min + c.out_span * rng.random())
-    s.goal_sp, s.goal_writes = s.sp, 1
+    s.sp = round_half_even(clamp(c.pv_min + c.span * rng.random(), c.pv_min, c.pv_max))
+    s.out = round_half_even(c.out_min + c.out_span * rng.random())
+    s.goal_sp, s.goal_has_sp = s.sp, 1
     calculate_gains(c, s)
     return s
 
@@ -139,7 +139,7 @@ def random_event(rng, c, s):
     elif kind == 4:
         s.pending ^= rng.choice([bits.STOPPED, bits.PROGRAM, bits.PROGRAM | bits.PV_STALE | bits.OUTPUT_CUT])
     elif kind == 5:
-        s.sp = nearest(c.pv_min + c.span * rng.random())
+        s.sp = round_half_even(c.pv_min + c.span * rng.random())
     else:
         s.bias = c.out_min + c.out_span * rng.random()
 
@@ -160,7 +160,7 @@ def random_plc(rng):
 
 @pytest.fixture(scope="module")
 def fast():
-    return compile_functions([drive], inlined=INLINED)[drive]
+    return compile_functions([drive], inlined_kernels=INLINED)[drive]
 
 
 def test_random_loops_run_to_the_same_bits_compiled_and_not(fast):
@@ -254,7 +254,7 @@ def test_the_cache_key_follows_callees_and_constants(monkeypatch):
     assert fingerprint([calls, one], {}) == key
     assert fingerprint([calls, two], {one: two}) != key
     before = fingerprint(reachable_kernels([scan], {}), {})
-    monkeypatch.setattr(dl06, "LARGEST", 1000.0)
+    monkeypatch.setattr(dl06, "MAX_OUTPUT_COUNTS", 1000.0)
     assert fingerprint(reachable_kernels([scan], {}), {}) != before
 
 

@@ -312,7 +312,7 @@ def test_a_relay_that_nothing_answers_is_given_up_and_the_controller_goes_on_as_
 )
 def test_results_are_stored_within_what_their_words_hold(results, stored):
     s = State()
-    write_results(Config(reset_unit=1.0, reset_step=0.1, least_period=50_000), s, *results)
+    write_results(Config(reset_unit=1.0, reset_step=0.1, min_period=50_000), s, *results)
     assert (s.gain, s.reset, s.rate, s.period) == pytest.approx(stored)
 
 

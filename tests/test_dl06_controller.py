@@ -276,7 +276,7 @@ def test_without_a_scan_time_every_loop_that_is_due_is_calculated():
 
 def test_the_equation_of_the_manual_by_hand():
     """Kc 2, Ti 10 s, Td 1 s, Ts 0.5 s: Ki = 0.1, Kr = 4; e = 0.10, 0.12, 0.11 of span from a bias of 0.2."""
-    c, s = one(gain=2.0, reset=10.0, rate=1.0, period=500_000, bias=0.2 * 4095.0, pending=bits.FRESH)
+    c, s = one(gain=2.0, reset=10.0, rate=1.0, period=500_000, bias=0.2 * 4095.0, pending=bits.NO_PAST)
     results = [calculate_output(c, s, 4095.0 * e, 0.0) / 4095.0 for e in (0.10, 0.12, 0.11)]
 
     assert results == pytest.approx([0.2 + 0.01 + 0.2, 0.21 + 0.012 + 0.24 + 0.08, 0.222 + 0.011 + 0.22 - 0.04])

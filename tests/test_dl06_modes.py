@@ -17,7 +17,7 @@ from pidcfg.sim.controllers.dl06.equation import (
 )
 from pidcfg.sim.controllers.dl06.operate import MODE_REASONS as REASONS
 from pidcfg.sim.controllers.dl06.plc import Dl06
-from pidcfg.sim.controllers.kernels import NOTICES, REASON_BITS, split_notices
+from pidcfg.sim.controllers.kernels import NOTICE_BASE, REASON_BITS, split_notices
 from rig_plants import FirstOrder, Fixed
 
 
@@ -105,7 +105,7 @@ def test_restoring_returns_a_cascade_to_its_modes_at_once():
     rig = cascaded()
     rig.log.clear()
     for s in rig.states:
-        s.prior = s.status & bits.MODES
+        s.prior_mode = s.status & bits.MODES
         s.status = (s.status & ~bits.MODES) | bits.MANUAL
         s.pending |= bits.RESTORE
     rig.step()
@@ -171,13 +171,13 @@ def test_several_notices_of_one_sample_come_out_in_order():
 
 def test_a_notice_knows_what_was_requested():
     rig = pair()
-    rig.states[0].requested = bits.CASCADE
-    number = (bits.CASCADE << REASON_BITS | 3) * NOTICES + 12
+    rig.states[0].requested_mode = bits.CASCADE
+    number = (bits.CASCADE << REASON_BITS | 3) * NOTICE_BASE + 12
 
     assert split_notices(number) == [(bits.CASCADE, 3), (0, 12)]
-    assert Dl06.requested(number) == "cascade"
+    assert Dl06.requested_mode(number) == "cascade"
     assert Dl06.describe(number) == (f"{REASONS[3]}; {REASONS[12]}", "")
-    assert Dl06.requested(12) is None
+    assert Dl06.requested_mode(12) is None
     assert Dl06.describe(0) == ("", "")
 
 
@@ -384,11 +384,11 @@ def test_a_soak_in_hold_keeps_its_remaining_time():
     rig.step(5)
     rig.command(RS_HOLD)
     rig.step(50)
-    left = s.rs_left
+    left = s.rs_ticks_left
     rig.command(RS_RESUME)
     rig.step()
 
-    assert (left, s.rs_left) == (7e6, 6e6)
+    assert (left, s.rs_ticks_left) == (7e6, 6e6)
     assert step_of(s) == 2
 
 

@@ -50,7 +50,7 @@ def play(machine, steps, pv=(), base=100_000, start=0):
         scan(k * base, machine.configs, machine.states, machine.aux, signal_values)
         for i, s in enumerate(machine.states):
             text = "; ".join(filter(None, machine.describe(s.notice)))
-            said += [(k, machine.loops[i], machine.requested(s.notice), text)] if s.notice else []
+            said += [(k, machine.loops[i], machine.requested_mode(s.notice), text)] if s.notice else []
             s.notice = 0
     return signal_values, said
 
@@ -178,7 +178,7 @@ def test_a_sample_rate_of_more_than_2_s_is_slow_where_scans_have_a_length(scan_t
     [("sample_rate", 3, 3_000_000), ("sample_rate", 0, 0), ("derivative_gain_limit", 3, 0)],
 )
 def test_a_new_sample_rate_is_known_beforehand(key, value, ticks):
-    assert plc(LOOP).period_set(0, (key,), Decimal(value)) == ticks
+    assert plc(LOOP).new_period(0, (key,), Decimal(value)) == ticks
 
 
 def test_the_base_step_is_the_greatest_common_one():
@@ -595,9 +595,9 @@ def test_auto_tune_writes_its_results_to_the_words():
     machine, signal_values, go = tuning_bench()
     machine.autotune(0)
     go(10)
-    assert machine.tuned(0)["status"] == "running"
+    assert machine.tuning_result(0)["status"] == "running"
     go(2000)
-    tuned = machine.tuned(0)
+    tuned = machine.tuning_result(0)
 
     assert (tuned["done"], tuned["error"], tuned["status"]) == (True, False, "done")
     assert list(tuned["results"]) == list(machine.tuned_names)
@@ -605,7 +605,7 @@ def test_auto_tune_writes_its_results_to_the_words():
     change(machine, "rate", 0, signal_values=signal_values)
     assert machine.states[0].gain == tuned["results"]["gain"], "another word that is written leaves the results alone"
     assert machine.states[0].rate == 0.0
-    assert machine.tuned(0) == tuned
+    assert machine.tuning_result(0) == tuned
     machine.program(machine.signal_values)
     machine.run(300_000_000)
     assert machine.states[0].gain == tuned["results"]["gain"]
@@ -615,20 +615,20 @@ def test_a_second_auto_tune_takes_the_place_of_the_first():
     machine, signal_values, go = tuning_bench()
     machine.autotune(0)
     go(2000)
-    first = machine.tuned(0)["results"]
+    first = machine.tuning_result(0)["results"]
     change(machine, "autotune.type", "PI", signal_values=signal_values)
     machine.autotune(0)
     change(machine, "rate", 9, signal_values=signal_values)
     go(2000)
     change(machine, "bias_freeze", value=True, signal_values=signal_values)
-    second = machine.tuned(0)["results"]
+    second = machine.tuning_result(0)["results"]
 
     assert (machine.states[0].gain, machine.states[0].rate) == (second["gain"], 0.0)
     assert second["gain"] < first["gain"]
 
 
 def test_without_a_tune_there_is_nothing_to_tell():
-    assert plc({}).tuned(0) is None
+    assert plc({}).tuning_result(0) is None
 
 
 # --- names -----------------------------------------------------------------------------------------------------------
@@ -689,10 +689,10 @@ def test_a_bare_listing_runs_in_the_mode_of_its_status_word():
     machine = load(listing(words))
     play(machine, 3, [100.0])
 
-    assert machine.goals == ["auto"]
+    assert machine.initial_modes == ["auto"]
     assert mode(machine) == "auto"
     beside = load(listing({**words, 0o2006: 0}, ({"loop": "A", "mode": "auto"},)))
-    assert beside.goals == ["auto"]
+    assert beside.initial_modes == ["auto"]
 
 
 def cascade():
@@ -816,7 +816,7 @@ def test_a_sample_rate_is_known_before_it_is_set():
 
     def period_set(key, value):
         path = tuple(key.split("."))
-        return machine.period_set(0, path, machine.check_set(0, path, value))
+        return machine.new_period(0, path, machine.check_set(0, path, value))
 
     assert period_set("sample_rate", "70 ms") == 70_000
     assert period_set("sample_rate", 0.01) == 50_000, "not below the least"

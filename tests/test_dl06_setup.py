@@ -17,7 +17,7 @@ from pidcfg.encoders.dl06.image import Setup, areas, check_ramp_soak, check_setu
 from pidcfg.encoders.image import Area, AreaError
 from pidcfg.encoders.maps.dl06 import LOOP_COUNT, LOOP_TABLE, LOOP_TABLES, RAMP_SOAK_PAIR, SETUP_WORDS, TABLE_POINTER
 from pidcfg.sim.controllers import dl06 as dl06_decisions
-from pidcfg.sim.controllers.dl06 import ENGINE
+from pidcfg.sim.controllers.dl06 import ENGINE_DECISIONS
 from pidcfg.text.source import read_document
 from pidcfg.validate.engine import check_document
 
@@ -321,10 +321,10 @@ SOURCE = Path(dl06_decisions.__file__).parents[3]
 
 
 def test_numbers_go_on_without_a_gap():
-    assert [decision.number for decision in ENGINE] == [*range(30, 69)]
+    assert [decision.number for decision in ENGINE_DECISIONS] == [*range(30, 69)]
 
 
-@pytest.mark.parametrize("decision", ENGINE, ids=lambda decision: f"D{decision.number}")
+@pytest.mark.parametrize("decision", ENGINE_DECISIONS, ids=lambda decision: f"D{decision.number}")
 def test_a_decision_is_named_where_it_is_carried_out(decision):
     modules = [SOURCE / "encoders" / "dl06" / "image.py", *sorted(Path(dl06_decisions.__file__).parent.glob("*.py"))]
     text = "".join(m.read_text("utf-8") for m in modules if m.name != "__init__.py")

@@ -58,7 +58,7 @@ PLANTS = [(0.1, 120.0, 12.0), (0.05, 600.0, 30.0), (0.1, 60.0, 20.0), (0.03, 300
 def test_the_gains_are_those_of_the_ultimate_cycle(numbers):
     """The period within a tenth; the gain up to a quarter lower, since the swing is no sine but a triangle at most."""
     rig = tuned(process=plant(*numbers))
-    found = rig.plc.tuned(0)
+    found = rig.plc.tuning_result(0)
     gain, period = ultimate(numbers[0], numbers[1], numbers[2] + 0.5)
 
     assert (found["done"], found["error"], found["status"], rig.log) == (True, False, "done", [])
@@ -96,7 +96,7 @@ def test_results_stand_in_the_operands_and_act():
     rig = tuned()
     s = rig.states[0]
 
-    assert [*rig.plc.tuned(0)["results"].values()] == [s.gain, s.reset, s.rate, s.filter_time]
+    assert [*rig.plc.tuning_result(0)["results"].values()] == [s.gain, s.reset, s.rate, s.filter_time]
     assert (s.kp, s.mode, rig.mode()) == (s.gain, 0, "auto")
     assert s.ki == pytest.approx(s.gain / s.reset, rel=1e-6)
     assert s.kd == pytest.approx(s.gain * s.rate, rel=1e-6)
@@ -104,7 +104,7 @@ def test_results_stand_in_the_operands_and_act():
 
 
 def test_the_independent_form_gets_gains():
-    times, gains = tuned().plc.tuned(0)["results"], tuned(PID_EQ=False).plc.tuned(0)["results"]
+    times, gains = tuned().plc.tuning_result(0)["results"], tuned(PID_EQ=False).plc.tuning_result(0)["results"]
 
     assert gains["Kc_Kp"] == times["Kc_Kp"]
     assert gains["Ti_Ki"] == pytest.approx(times["Kc_Kp"] / times["Ti_Ki"], rel=1e-6)
@@ -122,10 +122,10 @@ def test_everything_that_is_written_is_single_precision(dependent):
 
 def test_later_changes_are_no_results():
     rig = tuned()
-    found = rig.plc.tuned(0)["results"]
+    found = rig.plc.tuning_result(0)["results"]
     rig.set("Kc_Kp", 1)
 
-    assert rig.plc.tuned(0)["results"] == found
+    assert rig.plc.tuning_result(0)["results"] == found
 
 
 def test_a_cold_oven_is_heated_first_and_then_swings_around_sv():
@@ -151,7 +151,7 @@ def test_a_strong_oven_is_tuned_as_well_as_a_weak_one(share):
     """``share`` of its power holds SV: heating and cooling differ by a factor of up to 100."""
     gain = 60.0 / (share * 4000.0)
     rig = tuned(process=plant(gain))
-    found = rig.plc.tuned(0)["results"]
+    found = rig.plc.tuning_result(0)["results"]
     kc, period = ultimate(gain, 120.0, 12.5)
 
     assert 0.75 <= found["Kc_Kp"] * 2.2 / kc <= 1.0
@@ -163,7 +163,7 @@ def test_a_range_that_does_not_begin_at_0():
     """1400 of 1000 to 5000 holds SV."""
     rig = tuned(process=plant(60.0 / 1400.0), MV_MIN=1000, MV_MAX=5000)
 
-    assert rig.plc.tuned(0)["results"]["Ti_Ki"] == pytest.approx(2.2 * ultimate(0.1, 120.0, 12.5)[1], rel=0.1)
+    assert rig.plc.tuning_result(0)["results"]["Ti_Ki"] == pytest.approx(2.2 * ultimate(0.1, 120.0, 12.5)[1], rel=0.1)
     assert rig.signal("I_MV") == pytest.approx(1400.0, rel=0.05)
 
 
@@ -186,13 +186,13 @@ def test_another_sampling_time_ends_an_autotune(key, value, ends):
 
 def test_every_autotune_is_balanced_anew():
     rig = tuned(process=plant(60.0 / 200.0))
-    first = rig.plc.tuned(0)["results"]["Ti_Ki"]
+    first = rig.plc.tuning_result(0)["results"]["Ti_Ki"]
     for _ in range(3):
         rig.plc.autotune(0, "start")
         rig.step()
         while rig.mode() == "autotune":
             rig.step()
-        assert rig.plc.tuned(0)["results"]["Ti_Ki"] == pytest.approx(first, rel=0.1)
+        assert rig.plc.tuning_result(0)["results"]["Ti_Ki"] == pytest.approx(first, rel=0.1)
 
 
 def test_the_loop_goes_on_quietly_and_controls_well():
@@ -219,19 +219,19 @@ def test_reverse_action_cools():
     rig = tuned(process=cooled, SV=30, PID_DIR=False)
     outs = rig.trace(1500, "PV")
 
-    assert rig.plc.tuned(0)["done"]
+    assert rig.plc.tuning_result(0)["done"]
     assert outs[-1] == pytest.approx(30.0, abs=0.01)
 
 
 def test_a_start_above_sv_works_too():
-    assert tuned(process=plant(initial=130.0)).plc.tuned(0)["done"]
+    assert tuned(process=plant(initial=130.0)).plc.tuning_result(0)["done"]
 
 
 def test_noise_is_borne():
     """It delays the relay by its hysteresis, so the cycle is a little longer."""
-    quiet = tuned().plc.tuned(0)["results"]
+    quiet = tuned().plc.tuning_result(0)["results"]
     rig = tuned(noise=0.3)
-    loud = rig.plc.tuned(0)["results"]
+    loud = rig.plc.tuning_result(0)["results"]
 
     assert rig.states[0].tune_band == 4.0 * rig.states[0].tune_noise
     assert rig.states[0].tune_noise == pytest.approx(0.3, rel=0.5)
@@ -240,7 +240,7 @@ def test_noise_is_borne():
 
 
 def test_the_dead_band_has_no_effect():
-    assert tuned(ERR_DBW=30).plc.tuned(0) == tuned().plc.tuned(0)
+    assert tuned(ERR_DBW=30).plc.tuning_result(0) == tuned().plc.tuning_result(0)
 
 
 def test_mout_follows_in_an_autotune_too():
@@ -262,16 +262,16 @@ def test_mv_stays_within_swapped_limits():
 def test_start_writes_1_to_pid_mode_and_its_end_0():
     rig = Rig({**OVEN, "PID_MODE": 2, "Kc_Kp": 5}, plants=[plant()], base=1.0)
     rig.step(10)
-    assert rig.plc.tuned(0) is None
+    assert rig.plc.tuning_result(0) is None
     rig.plc.autotune(0, "start")
     rig.step(2)
     assert (rig.mode(), rig.states[0].mode) == ("autotune", 1)
-    assert rig.plc.tuned(0) == {"done": False, "error": False, "status": "running", "results": {}}
+    assert rig.plc.tuning_result(0) == {"done": False, "error": False, "status": "running", "results": {}}
     rig.plc.autotune(0, "start")
     while rig.mode() == "autotune":
         rig.step()
 
-    assert (rig.states[0].mode, rig.plc.tuned(0)["status"]) == (0, "done")
+    assert (rig.states[0].mode, rig.plc.tuning_result(0)["status"]) == (0, "done")
     assert rig.log == [("L1", "autotune is running already")]
 
 
@@ -287,7 +287,7 @@ def test_cancel_brings_back_pid_mode_and_leaves_the_gains(before):
 
     assert (rig.mode(), rig.states[0].mode) == ("auto", before)
     assert (rig.states[0].gain, rig.states[0].reset) == (5.0, 90.0)
-    assert rig.plc.tuned(0) == {"done": False, "error": False, "status": "cancelled", "results": {}}
+    assert rig.plc.tuning_result(0) == {"done": False, "error": False, "status": "cancelled", "results": {}}
     assert rig.log == [("L1", "autotune ended without results")]
     assert rig.signal("I_MV") == kept or before == 2
 
@@ -307,7 +307,7 @@ def test_a_stopped_plc_begins_it_again():
 
 
 def failed(rig):
-    found = rig.plc.tuned(0)
+    found = rig.plc.tuning_result(0)
     assert (found["done"], found["error"], found["results"]) == (False, True, {})
     assert rig.states[0].status & rig.plc.flag_bits["autotune_error"]
     assert (rig.mode(), rig.states[0].mode) == ("auto", 0)
@@ -359,7 +359,7 @@ def test_a_failure_in_pid_mode_2_goes_back_there():
     rig.plc.autotune(0, "start")
     rig.step(700)
 
-    assert (rig.mode(), rig.states[0].mode, rig.plc.tuned(0)["error"]) == ("auto", 2, True)
+    assert (rig.mode(), rig.states[0].mode, rig.plc.tuning_result(0)["error"]) == ("auto", 2, True)
 
 
 @pytest.mark.parametrize(

@@ -104,7 +104,7 @@ def random_event(rng, plc, i, signals):
 
 @pytest.fixture(scope="module")
 def fast():
-    return compile_functions([drive], inlined=INLINED)[drive]
+    return compile_functions([drive], inlined_kernels=INLINED)[drive]
 
 
 def test_random_plcs_run_to_the_same_bits_compiled_and_not(fast):

@@ -84,7 +84,7 @@ def test_an_interrupt_task_has_its_own_sampling_time():
 
     assert (plc.periods, plc.base) == ([20_000, 20_000], 20_000)
     assert plc.states[0].sampling_time == single(0.02)
-    assert plc.period_set(0, ("CYCLE",), 500) == 0
+    assert plc.new_period(0, ("CYCLE",), 500) == 0
     effect = plc.set(0, ("CYCLE",), 500, plc.signal_values)
     assert effect == "has no effect: the interval of the interrupt task is the sampling time"
     assert plc.periods == [20_000, 20_000]
@@ -249,7 +249,7 @@ def test_automatic_keeps_pid_mode_2():
 def test_an_mv_of_its_own_is_no_writer():
     rig = Rig({"SV": 30, "MOUT": 7}, devices=({"MV": "D304", "MOUT": "D304"},))
 
-    assert rig.configs[0].mout_from == -1
+    assert rig.configs[0].mout_writer == -1
 
 
 def test_a_mout_that_is_the_mv_begins_there_and_is_told_to_be_overwritten():

@@ -19,7 +19,7 @@ from pidcfg.schemas.dpide import DpideFile
 from pidcfg.schemas.iec import Wire
 from pidcfg.schemas.scenario import Scenario
 from pidcfg.sim.controllers import dpide as dpide_decisions
-from pidcfg.sim.controllers.dpide import ENGINE
+from pidcfg.sim.controllers.dpide import ENGINE_DECISIONS
 from pidcfg.sim.controllers.dpide import scan as dpide
 from pidcfg.sim.controllers.dpide.scan import load
 from pidcfg.sim.controllers.kernels import single
@@ -137,9 +137,9 @@ def test_names_signals_and_scales():
         "L2.I_MV",
         "L2.E",
     ]
-    assert plc.goals == ["manual", "auto"]
+    assert plc.initial_modes == ["manual", "auto"]
     assert plc.scales == [(20.0, 400.0, 1 << 20)] * 2
-    assert plc.rises == [True, False]
+    assert plc.output_raises_pv == [True, False]
     assert tuple(plc.modes) == ("manual", "auto", "autotune", "off")
     assert (plc.flags, plc.problems, plc.scan_time(0.001)) == ({}, [], None)
 
@@ -159,7 +159,7 @@ def test_an_operand_that_a_listing_lacks_is_false_or_0_but_for_pid_run():
     plc = load(program)
     c, s = plc.configs[0], plc.states[0]
 
-    assert (plc.loops, plc.goals, plc.problems) == (["L1"], ["auto"], [])
+    assert (plc.loops, plc.initial_modes, plc.problems) == (["L1"], ["auto"], [])
     assert (c.forward_action, c.lowest_mv, c.highest_mv, s.gain, s.period) == (0, 0.0, 0.0, 0.0, 1000)
 
 
@@ -181,7 +181,7 @@ def test_what_is_no_value_of_an_operand_is_told(name, content, taken):
     cells = [Entry(f"L1.{n}", ROWS[n].type, content if n == name else v, n, "L1") for n, v in PLAIN.items()]
     plc = load(Program("dpide", tuple(cells), ({"loop": "L1"},)))
 
-    assert (plc.problems, plc.goals) == ([(0, taken, True)], ["auto"])
+    assert (plc.problems, plc.initial_modes) == ([(0, taken, True)], ["auto"])
 
 
 def test_any_listing_can_be_run():
@@ -357,8 +357,8 @@ events:
 def test_a_new_cycle_is_known_beforehand():
     plc = load(oven())
 
-    assert plc.period_set(0, ("CYCLE",), plc.check_set(0, ("CYCLE",), 250)) == 250_000
-    assert plc.period_set(0, ("SV",), 250.0) == 0
+    assert plc.new_period(0, ("CYCLE",), plc.check_set(0, ("CYCLE",), 250)) == 250_000
+    assert plc.new_period(0, ("SV",), 250.0) == 0
 
 
 def test_what_the_controller_has_written_outlives_a_setting():
@@ -496,10 +496,10 @@ def test_compiled_and_plain_make_the_same_report():
 
 
 def test_numbers_go_on_without_a_gap():
-    assert [decision.number for decision in ENGINE] == [*range(265, 280), *range(685, 690), 1016]
+    assert [decision.number for decision in ENGINE_DECISIONS] == [*range(265, 280), *range(685, 690), 1016]
 
 
-@pytest.mark.parametrize("decision", ENGINE, ids=lambda decision: f"D{decision.number}")
+@pytest.mark.parametrize("decision", ENGINE_DECISIONS, ids=lambda decision: f"D{decision.number}")
 def test_a_decision_is_named_where_it_is_carried_out(decision):
     folder = Path(dpide_decisions.__file__).parent
     text = "".join(m.read_text("utf-8") for m in sorted(folder.glob("*.py")) if m.name != "decisions.py")

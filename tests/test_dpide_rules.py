@@ -277,7 +277,7 @@ def test_the_direction_goes_with_the_name(forward, name, found):
 def test_the_direction_that_rules_call_heating_is_that_of_the_virtual_instruction():
     for forward, word in ((True, "heating"), (False, "cooling")):
         plc = dpide(PID_DIR=forward)
-        assert plc.rises == [forward]
+        assert plc.output_raises_pv == [forward]
         other = next(
             d.message
             for d in findings({"name": "OVEN" if word == "heating" else "CHILLER", "PID_DIR": not forward})

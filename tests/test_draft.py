@@ -235,7 +235,7 @@ def test_a_loop_that_comes_to_its_set_point_has_no_tolerance():
 
 def test_a_profile_is_named():
     made, _ = draft(EXAMPLES / "dl06" / "reactor.yaml")
-    assert made.left_out == (
+    assert made.remarks == (
         "the profile of TIC-101 does not run; an event {at: …, loop: TIC-101, ramp_soak: start} starts it",
     )
     assert "# - the profile of TIC-101 does not run" in made.text
@@ -247,7 +247,7 @@ def test_an_output_in_counts_is_named(output, said):
     made, _, _ = run(text if output else text.replace("range: [0, 100], ", ""))
     remark = "are in counts of the output, 0 to 4095; with an output.range in its unit"
     assert (remark in made.text) == said
-    assert any(remark in one for one in made.left_out) == said
+    assert any(remark in one for one in made.remarks) == said
 
 
 def test_a_verdict_that_fails_is_allowed_with_its_reason():
@@ -261,7 +261,7 @@ def test_a_verdict_that_fails_is_allowed_with_its_reason():
 def test_a_long_run_is_cut_and_says_so():
     rows = good_plants.click("waterworks")
     made, data = draft(rows)
-    assert any("is short for the slowest loop" in remark for remark in made.left_out)
+    assert any("is short for the slowest loop" in remark for remark in made.remarks)
     assert float(data["duration"]) < 13 * 3600
 
 
@@ -339,6 +339,6 @@ def test_the_runs_that_try_a_scenario_keep_to_the_limit_of_loop_steps():
     path = EXAMPLES / "dl06" / "oven.yaml"
     checked = check_source(path, None, None, DEFAULT)
     with pytest.raises(NoDraftError, match=r"no scenario runs with it \(2001 loop-steps; the limit is 1000\)"):
-        draft_scenario(checked, path.name, most=1000)
+        draft_scenario(checked, path.name, max_loop_steps=1000)
     found = pidcfg.simulate(path, limits=replace(DEFAULT, loop_steps=1000)).findings
     assert "the limit is 1000" in next(d.message for d in found if d.code == "PID058")

@@ -13,7 +13,7 @@ import pytest
 from ezlogix_rig import SCALED, STATUS, Rig, change, play, plc
 from pidcfg.sim.controllers.ezlogix import equation as bits
 from pidcfg.sim.controllers.ezlogix.equation import (
-    SETTLING,
+    MIN_SETTLED_POINTS,
     Config,
     State,
     are_results_valid,
@@ -181,7 +181,7 @@ def test_in_auto_a_refused_step_does_not_disturb_the_loop():
 
     assert s.tune_status == 5
     assert s.integral == pytest.approx(before, abs=1.0)
-    assert s.pending & bits.FRESH == 0
+    assert s.pending & bits.NO_PAST == 0
 
 
 @pytest.mark.parametrize("direct", [0, 1])
@@ -214,7 +214,7 @@ def test_the_ranges_of_results_are_those_of_the_manual(results, only_pi, expecte
 
 
 def test_a_curve_without_a_slope_gives_no_gains():
-    c, s = Config(), State(tune_points=40, tune_change=8.0, gain=1.5, out=1910.0, tune_out=1500.0, pending=bits.HELD)
+    c, s = Config(), State(tune_points=40, tune_change=8.0, gain=1.5, out=1910.0, tune_out=1500.0, pending=bits.CV_HELD)
     compute_results(c, s, [0.0] * 512)
 
     assert (s.tune_status, s.gain, s.out, s.pending) == (7, 1.5, 1500.0, 0)
@@ -226,22 +226,22 @@ def test_a_curve_without_a_slope_gives_no_gains():
 def test_commands_and_report():
     machine = plc({**SCALED, "tuning": {"proportional_gain": 2}})
     play(machine, 1, [50.0])
-    assert machine.tuned(0) is None
+    assert machine.tuning_result(0) is None
     machine.autotune(0, "start")
     play(machine, 2, [50.0], start=1)
-    assert machine.tuned(0) == {"done": False, "error": False, "status": "1: collecting data", "results": {}}
+    assert machine.tuning_result(0) == {"done": False, "error": False, "status": "1: collecting data", "results": {}}
     machine.autotune(0, "start")
     assert play(machine, 1, [50.0], start=3) == [(3, "L1", None, "autotune is running already")]
     assert change(machine, "output", 10) == "the autotune holds the CV"
     machine.autotune(0, "cancel")
     play(machine, 1, [50.0], start=4)
-    assert machine.tuned(0) == {"done": False, "error": False, "status": "4: cancelled", "results": {}}
+    assert machine.tuning_result(0) == {"done": False, "error": False, "status": "4: cancelled", "results": {}}
     assert change(machine, "output", 45) is None
     for k in (5, 6):
         machine.autotune(0, "start")
         play(machine, 1, [50.0], start=k)
 
-    assert machine.tuned(0) == {
+    assert machine.tuning_result(0) == {
         "done": False,
         "error": True,
         "status": "5: the CV could not be incremented",
@@ -258,7 +258,7 @@ def test_results_have_the_names_of_the_configuration_and_stand_in_the_registers(
         if k:
             plant.step(machine.states[0].out, 0.5)
         play(machine, 1, [plant.value], base=500_000, start=k)
-    tuned = machine.tuned(0)
+    tuned = machine.tuning_result(0)
 
     assert (tuned["done"], tuned["error"], tuned["status"]) == (True, False, "3: done")
     assert list(tuned["results"]) == ["proportional_gain", "integral_time", "derivative_time"]
@@ -269,7 +269,7 @@ def test_results_have_the_names_of_the_configuration_and_stand_in_the_registers(
         "the registers hold the results"
     )
     change(machine, "tuning.proportional_gain", 1)
-    assert machine.tuned(0)["results"]["proportional_gain"] == found[0]
+    assert machine.tuning_result(0)["results"]["proportional_gain"] == found[0]
 
 
 def test_the_timeout_register_is_the_countdown():
@@ -310,7 +310,7 @@ def test_every_state_of_the_manual_has_words():
     assert sorted(TUNE_STATUS) == list(range(11))
 
 
-@pytest.mark.parametrize(("points", "complete"), [(SETTLING - 1, 0), (SETTLING, 1)])
+@pytest.mark.parametrize(("points", "complete"), [(MIN_SETTLED_POINTS - 1, 0), (MIN_SETTLED_POINTS, 1)])
 def test_an_answer_that_stands_has_settled_after_so_many_points(points, complete):
     """Ten counts are an answer, and far from a tenth of the span."""
     assert judge_answer(Config(), State(tune_points=points), [10.0] * points) == complete
@@ -326,7 +326,7 @@ def test_a_pv_that_moves_is_told_and_nobody_asked_for_a_mode(drift, said):
     ]
 
 
-@pytest.mark.parametrize(("points", "complete"), [(SETTLING - 1, 0), (SETTLING, 1)])
+@pytest.mark.parametrize(("points", "complete"), [(MIN_SETTLED_POINTS - 1, 0), (MIN_SETTLED_POINTS, 1)])
 def test_an_answer_that_flattens_is_complete_after_so_many_points(points, complete):
     """20 counts a point, then 5: it rises a quarter as fast as it did, and has not settled."""
     s = State(tune_points=points)

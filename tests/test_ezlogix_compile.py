@@ -12,7 +12,7 @@ from pidcfg.sim.controllers.autotune import POINTS
 from pidcfg.sim.controllers.ezlogix import equation as bits
 from pidcfg.sim.controllers.ezlogix.equation import Config, State, calculate_gains
 from pidcfg.sim.controllers.ezlogix.scan import INLINED, scan
-from pidcfg.sim.controllers.kernels import nearest
+from pidcfg.sim.controllers.kernels import round_half_even
 from pidcfg.sim.engine.compile import compile_functions
 
 CONFIGURATIONS = 320
@@ -63,8 +63,8 @@ def random_config(rng, i, n):
 def random_state(rng, c):
     s = State(period=c.period, gain=rng.choice([0.0, 0.37, 3.1]), reset=rng.choice([0.0, 0.7, 21.3]))
     s.rate = rng.choice([0.0, 0.0, 0.9])
-    s.sp = nearest(c.pv_min + (c.pv_span**0.5 if c.square_root else c.pv_span) * rng.random())
-    s.out = nearest(4095.0 * rng.random())
+    s.sp = round_half_even(c.pv_min + (c.pv_span**0.5 if c.square_root else c.pv_span) * rng.random())
+    s.out = round_half_even(4095.0 * rng.random())
     s.tune_countdown = c.timeout
     calculate_gains(s)
     return s
@@ -81,7 +81,7 @@ def random_event(rng, c, s):
     elif kind == 4:
         s.pending ^= rng.choice([bits.PV_STALE, bits.OUTPUT_CUT, bits.STOPPED])
     else:
-        s.sp = nearest(c.pv_min + c.pv_span * rng.random())
+        s.sp = round_half_even(c.pv_min + c.pv_span * rng.random())
 
 
 def random_plc(rng):
@@ -96,7 +96,7 @@ def random_plc(rng):
 
 @pytest.fixture(scope="module")
 def fast():
-    return compile_functions([drive], inlined=INLINED)[drive]
+    return compile_functions([drive], inlined_kernels=INLINED)[drive]
 
 
 def test_random_loops_run_to_the_same_bits_compiled_and_not(fast):
@@ -111,7 +111,7 @@ def test_random_loops_run_to_the_same_bits_compiled_and_not(fast):
             advance(drive, fast, head, (configs, states, aux, signals), noise)
             for c, s in zip(configs, states, strict=True):
                 seen |= s.status
-                ends.add(s.tune_last)
+                ends.add(s.last_tune_status)
                 pulses.add((c.cycle > 0, signals[c.pulse_slot]))
     assert seen == bits.MODES | bits.SATURATED | bits.TUNING | bits.TUNE_ERROR, "some mode or flag never came up"
     assert {3, 4, 5, 6, 8, 9} <= ends, "some end of an autotune never came up"

@@ -17,7 +17,7 @@ from pidcfg.encoders.ezlogix.image import encode
 from pidcfg.schemas.ezlogix import EzlogixFile
 from pidcfg.schemas.scenario import Scenario
 from pidcfg.sim.controllers import ezlogix as ezlogix_decisions
-from pidcfg.sim.controllers.ezlogix import ENGINE
+from pidcfg.sim.controllers.ezlogix import ENGINE_DECISIONS
 from pidcfg.sim.controllers.ezlogix import scan as ezlogix
 from pidcfg.sim.controllers.ezlogix.scan import load
 from pidcfg.sim.controllers.plc import TICKS
@@ -338,10 +338,10 @@ FOLDER = Path(ezlogix_decisions.__file__).parent
 
 
 def test_numbers_go_on_without_a_gap():
-    assert [decision.number for decision in ENGINE] == [*range(160, 180), 623, 670, 672]
+    assert [decision.number for decision in ENGINE_DECISIONS] == [*range(160, 180), 623, 670, 672]
 
 
-@pytest.mark.parametrize("decision", ENGINE, ids=lambda decision: f"D{decision.number}")
+@pytest.mark.parametrize("decision", ENGINE_DECISIONS, ids=lambda decision: f"D{decision.number}")
 def test_a_decision_is_named_where_it_is_carried_out(decision):
     text = "".join(m.read_text("utf-8") for m in sorted(FOLDER.glob("*.py")) if m.name != "decisions.py")
 

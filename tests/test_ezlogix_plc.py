@@ -157,8 +157,8 @@ def test_what_the_runner_asks():
     assert (machine.running, machine.flags, machine.alarm_bits, machine.aux_bits) == (True, {}, {}, {})
     assert (machine.out_name, tuple(machine.modes), machine.options) == ("CV", ("manual", "auto"), ())
     assert machine.commands == {"ramp_soak": (), "autotune": ("start", "cancel"), "plc": ("stop", "run")}
-    assert (machine.pulses, machine.rises) == (("O",), [True, True])
-    assert plc({"action": "direct"}).rises == [False]
+    assert (machine.pulses, machine.output_raises_pv) == (("O",), [True, True])
+    assert plc({"action": "direct"}).output_raises_pv == [False]
     assert machine.tuned_names == ("proportional_gain", "integral_time", "derivative_time")
     assert (machine.scan_time(0.01), machine.problems) == (None, ())
 
@@ -366,7 +366,7 @@ def test_set_refuses_what_cannot_be_written(key, value, kind):
 def test_the_sample_rate_that_an_event_sets_is_known_beforehand(key, value, ticks):
     machine = plc({})
 
-    assert machine.period_set(0, (key,), machine.check_set(0, (key,), value)) == ticks
+    assert machine.new_period(0, (key,), machine.check_set(0, (key,), value)) == ticks
 
 
 # --- with the runner -------------------------------------------------------------------------------------------------
@@ -406,7 +406,7 @@ def test_the_plc_stops_and_has_no_options():
 
 def test_bits_and_modes_are_distinct():
     masks = [*FLAG_BITS.values(), *MODES.values()]
-    pending = [bits.STOPPED, bits.PV_STALE, bits.OUTPUT_CUT, bits.FRESH, bits.REQUEST, bits.TUNE, bits.HELD]
+    pending = [bits.STOPPED, bits.PV_STALE, bits.OUTPUT_CUT, bits.NO_PAST, bits.REQUEST, bits.TUNE, bits.CV_HELD]
 
     assert all(sum(group) == _union(group) for group in (masks, pending))
 

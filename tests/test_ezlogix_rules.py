@@ -13,7 +13,7 @@ from pidcfg.encoders.ezlogix.files import make_tags
 from pidcfg.encoders.listing import UnwritableError
 from pidcfg.encoders.maps.ezlogix import R_BLOCK, VARIABLES
 from pidcfg.schemas.base import NAME
-from pidcfg.sim.controllers.ezlogix.equation import STEP, Config, State, begin_cycle
+from pidcfg.sim.controllers.ezlogix.equation import STEP_COUNTS, Config, State, begin_cycle
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.references import Decision
 from pidcfg.text.source import read_document
@@ -496,7 +496,7 @@ def test_anti_windup_and_limits(low, high, anti_windup, integral):
 
 
 def test_the_step_of_the_autotune_is_that_of_the_virtual_controller():
-    assert autotune.TENTH_OF_CV == STEP
+    assert autotune.TENTH_OF_CV == STEP_COUNTS
 
 
 def test_limits_in_counts_or_with_a_range_are_no_percentages():

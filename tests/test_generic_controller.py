@@ -10,7 +10,7 @@ from pydantic_core import PydanticCustomError
 
 from generic_rig import Rig
 from pidcfg.encoders.parameters import Program
-from pidcfg.sim.controllers.generic.equation import REQUEST, UNREACHED, Config, State, calculate_derivative
+from pidcfg.sim.controllers.generic.equation import REQUEST, UNBOUNDED, Config, State, calculate_derivative
 from pidcfg.sim.controllers.generic.scan import load
 from rig_plants import FirstOrder
 
@@ -249,8 +249,8 @@ def test_set_takes_the_keys_of_the_file():
     assert rig.play([10]) == [30]
     assert rig.flags() == {"high"}
     assert "manual only" in rig.set("output", 5)
-    assert rig.plc.period_set(0, ("sample_time",), rig.plc.check_set(0, ("sample_time",), "250 ms")) == 250_000
-    assert rig.plc.period_set(0, ("deadband",), 3) == 0
+    assert rig.plc.new_period(0, ("sample_time",), rig.plc.check_set(0, ("sample_time",), "250 ms")) == 250_000
+    assert rig.plc.new_period(0, ("deadband",), 3) == 0
 
 
 def test_a_set_point_in_cascade_is_the_masters():
@@ -280,7 +280,15 @@ def test_a_listing_with_gaps_is_told():
         "output.range.1 is missing, 100.0 is taken",
     ]
     c, s = plc.configs[0], plc.states[0]
-    assert (c.period, c.pv_span, c.low, c.high, c.rate_limit, s.ki, s.kd) == (1_000_000, 100, 0, 100, UNREACHED, 0, 0)
+    assert (c.period, c.pv_span, c.limit_low, c.limit_high, c.rate_limit, s.ki, s.kd) == (
+        1_000_000,
+        100,
+        0,
+        100,
+        UNBOUNDED,
+        0,
+        0,
+    )
 
 
 def test_a_result_that_is_no_number_leaves_the_output():

@@ -111,7 +111,7 @@ def test_the_number_of_processes_changes_no_byte(folder, words, most, code):
 
 
 def test_loops_of_a_conversion_are_judged_alike_by_any_number(monkeypatch):
-    monkeypatch.setattr("pidcfg.study.verification.verify.MANY_LOOPS", 2)
+    monkeypatch.setattr("pidcfg.study.verification.verify.MIN_PARALLEL_LOOPS", 2)
     loop = "output_raises_pv: true, sample_time: 1, pv: {range: [0, 9]}, setpoint: {value: 5}, output: {range: [0, 9]}"
     loops = [f"  - {{name: L{i}, {loop}, tuning: {{gain: {i}, integral_time: 20}}}}\n" for i in (1, 2)]
     source = "pidcfg: 1\nvendor: generic\nloops:\n" + "".join(loops)
@@ -121,7 +121,7 @@ def test_loops_of_a_conversion_are_judged_alike_by_any_number(monkeypatch):
 
 
 def test_sides_of_a_difference_are_judged_alike_by_any_number(folder, monkeypatch):
-    monkeypatch.setattr("pidcfg.study.verification.verify.MANY_LOOPS", 1)
+    monkeypatch.setattr("pidcfg.study.verification.verify.MIN_PARALLEL_LOOPS", 1)
     words = ["diff", "oven.yaml", "flow.yaml", "--verify=report", "--format", "json"]
     text = Path("oven.yaml").read_text("utf-8")
     Path("flow.yaml").write_text(text.replace("gain: ", "gain: 1", 1), "utf-8")

@@ -324,7 +324,7 @@ def test_every_register_has_its_loop_and_its_content(example, shared):
     module = vendor.module("controller")
     plc = module.load(image, module.Options())
     registers = vendor.load("virtual")(plc)
-    places = registers.places()
+    places = registers.loops_by_register()
     held = {loop: registers.contents(loop, plc.signal_values) for loop in {*places.values()}}
 
     assert {*held} == {*range(-shared, len(plc.loops))}

@@ -181,7 +181,7 @@ def test_a_measurement_by_hand():
     assert mvs == [55, 45, 45, 45, 55, *[55] * 3, 45, *[45] * 7, 50]
     assert flags(block) == set()
     assert found(block) == pytest.approx(rule(5, 12), rel=1e-6)
-    assert (block.s.tune_dead, block.s.tune_count - block.s.tune_start) == (3, 12)
+    assert (block.s.tune_dead_samples, block.s.tune_count - block.s.tune_start) == (3, 12)
 
 
 def test_a_dead_time_lasts_until_the_pv_leaves_its_extreme():
@@ -190,7 +190,7 @@ def test_a_dead_time_lasts_until_the_pv_leaves_its_extreme():
     for away in (1, -1, -5, -5, -5, 1, 5, 4, 5, -1):
         block.call(PV=50 + away)
 
-    assert block.s.tune_dead == 3 + 3
+    assert block.s.tune_dead_samples == 3 + 3
     assert flags(block) == {"CYCLE_TOO_FAST", "HIGH_DEAD_TIME"}
 
 
@@ -200,7 +200,7 @@ def test_a_pv_that_turns_at_once_has_no_dead_time():
     for away in (1, -1, 1, -1, 1, -1, 1, -1):
         block.call(PV=50 + away)
 
-    assert block.s.tune_dead == 0
+    assert block.s.tune_dead_samples == 0
     assert flags(block) == {"PEAK_TOO_LOW", "CYCLE_TOO_FAST"}
     assert found(block) == pytest.approx(rule(1, 2), rel=1e-6)
 
@@ -549,7 +549,7 @@ def test_nothing_of_an_aborted_one_is_left(calls, side):
 
     assert tuned(block, Process(2, 10, 1, 0.1, 20, 40)) == tuned(fresh, Process(2, 10, 1, 0.1, 20, 40))
     assert found(block) == found(fresh)
-    assert (flags(block), block.s.tune_dead) == (set(), fresh.s.tune_dead)
+    assert (flags(block), block.s.tune_dead_samples) == (set(), fresh.s.tune_dead_samples)
 
 
 def test_error_bits_halt_it():

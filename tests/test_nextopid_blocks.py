@@ -332,7 +332,7 @@ def test_the_lag_leaves_a_limit_at_once():
 )
 def test_a_time_constant_counts_from_the_call_that_changes_it(kind, key, first):
     plain = {"InVar": 0, "DelayTime": 0, "Tlead": 0, "G": 1, "Gs": 1, "Offset": 0, "Init_OutVar": 0}
-    block = Block(kind, **GOOD[kind] | {name: value for name, value in plain.items() if name in slots.PLACES[kind]})
+    block = Block(kind, **GOOD[kind] | {name: value for name, value in plain.items() if name in slots.OFFSETS[kind]})
     block()
     for tc in (10, 2, 2, 10, 0.5):
         y = block.s.lag_output
@@ -470,7 +470,7 @@ def test_a_process_of_blocks_goes_the_way_of_a_plant():
 
 
 def test_the_places_of_a_delay_and_lag_are_those_of_delay_and_lag():
-    both, one, other = (slots.PLACES[kind] for kind in ("ControlDelayLag", "ControlDelay", "ControlLag"))
+    both, one, other = (slots.OFFSETS[kind] for kind in ("ControlDelayLag", "ControlDelay", "ControlLag"))
     shift = both["Gs"] - other["Gs"]
 
     assert {name: both[name] for name in one if name in ("InVar", "DelayTime", "InitDelayedVar")} == {
@@ -498,7 +498,7 @@ def test_selectors_tell_the_other_controller_that_it_is_overridden(first, second
     for kind, expected in (("ControlSelectMin", least), ("ControlSelectMax", most)):
         block = Block(kind, MV1=first, MV2=second)()
         assert (block["MV"], block["OVERR1"], block["OVERR2"]) == expected
-    assert slots.PLACES["ControlSelectMin"] == slots.PLACES["ControlSelectMax"]
+    assert slots.OFFSETS["ControlSelectMin"] == slots.OFFSETS["ControlSelectMax"]
 
 
 @given(st.floats(width=32, allow_nan=False), st.floats(width=32, allow_nan=False))
@@ -717,7 +717,7 @@ def random_parameters(rng, kind, ts):
         "InitDelayedVar": rng.uniform(-50, 50),
         "DelayTime": rng.randint(0, 100) * ts,
     }
-    return {name: value for name, value in wanted.items() if name in slots.PLACES[kind]}
+    return {name: value for name, value in wanted.items() if name in slots.OFFSETS[kind]}
 
 
 @pytest.mark.parametrize("kind", IN_FLOAT32)
@@ -752,8 +752,8 @@ def drive(configs, states, aux, signals, noise, second, outs, moved):  # noqa: P
 def test_all_blocks_are_the_same_compiled_to_the_last_bit():
     rng = random.Random(9)
     fast = compile_functions([drive])[drive]
-    kinds = list(slots.PLACES)[slots.ON_OFF :]
-    outs = [slots.PLACES[kind][OUTPUTS[kind]] for kind in kinds]
+    kinds = list(slots.OFFSETS)[slots.ON_OFF :]
+    outs = [slots.OFFSETS[kind][OUTPUTS[kind]] for kind in kinds]
     moved = [0.0] * len(kinds)
     for _ in range(40):
         configs, signals = [], []
@@ -783,8 +783,8 @@ def test_every_decision_is_named_where_it_is_carried_out():
     folder = Path(block_decisions.__file__).parent
     text = (folder / "scan.py").read_text("utf-8")
 
-    assert [d.number for d in block_decisions.BLOCKS] == list(range(235, 248))
-    assert [d.number for d in block_decisions.BLOCKS if f"D{d.number}" not in text] == []
+    assert [d.number for d in block_decisions.BLOCK_DECISIONS] == list(range(235, 248))
+    assert [d.number for d in block_decisions.BLOCK_DECISIONS if f"D{d.number}" not in text] == []
 
 
 # --- The share of a first-order lag: against the library's e^x, and as a number of its own ----------------------------

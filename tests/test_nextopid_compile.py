@@ -54,7 +54,7 @@ def disturb(rng, plc, states, signals):
 
 @pytest.fixture(scope="module")
 def fast():
-    return compile_functions([drive], inlined=INLINED)[drive]
+    return compile_functions([drive], inlined_kernels=INLINED)[drive]
 
 
 def test_random_programs_run_to_the_same_bits_compiled_and_not(fast):
@@ -70,7 +70,7 @@ def test_random_programs_run_to_the_same_bits_compiled_and_not(fast):
             head = segment * STEPS, (segment + 1) * STEPS, len(plc.loops)
             advance(drive, fast, head, (configs, states, aux, signals), noise)
         seen |= {c.kind for c in configs}
-        tuned |= {s.tune_end for s in states}
+        tuned |= {s.tune_outcome for s in states}
         faults += sum(s.fault != 0 for s in states)
     assert seen == set(slots.KINDS.values())
     assert tuned > {modes.RUNNING, modes.FAILED, modes.CANCELLED}

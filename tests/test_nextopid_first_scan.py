@@ -73,7 +73,7 @@ def first_scan(text, cycles=1):
     """Signals by name after the first scan of the virtual PLC, or after more of them."""
     plc = plc_of(text)
     for cycle in range(cycles):
-        controller.scan(cycle * plc.task, plc.configs, plc.states, plc.aux, plc.signal_values)
+        controller.scan(cycle * plc.task_ticks, plc.configs, plc.states, plc.aux, plc.signal_values)
     return {name: plc.signal_values[number] for name, number in plc.layout.numbers.items()}
 
 

@@ -414,4 +414,4 @@ def test_a_program_without_moves_executes_none():
     plc = plc_of(
         f"loops: [{{name: A, type: PIDA_REAL, SP: 50, {GAINS}}}, {{name: B, type: PIDA_REAL, SP: 5, {GAINS}}}]\n"
     )
-    assert [(c.moves, c.moves_first, c.moves_end) for c in plc.configs] == [(0, 0, 0)] * 2
+    assert [(c.moves_begin, c.early_moves_end, c.moves_end) for c in plc.configs] == [(0, 0, 0)] * 2

@@ -20,7 +20,7 @@ from pidcfg.schemas import expressions as grammar
 from pidcfg.schemas.iec import BOOL, INT, REAL, TIME
 from pidcfg.sim.controllers import nextopid as decisions
 from pidcfg.sim.controllers.kernels import single
-from pidcfg.sim.controllers.nextopid import PID
+from pidcfg.sim.controllers.nextopid import PID_DECISIONS
 from pidcfg.sim.controllers.nextopid.memory import value_of
 from pidcfg.sim.controllers.nextopid.scan import content_of_number
 from pidcfg.sim.controllers.nextopid.terms import (
@@ -577,10 +577,10 @@ def test_a_pv_that_is_no_number_is_not_calculated_with():
 
 
 def test_decisions_are_numbered_without_a_gap():
-    assert [decision.number for decision in PID] == [*range(220, 235), *range(690, 695)]
+    assert [decision.number for decision in PID_DECISIONS] == [*range(220, 235), *range(690, 695)]
 
 
-@pytest.mark.parametrize("decision", PID, ids=lambda decision: f"D{decision.number}")
+@pytest.mark.parametrize("decision", PID_DECISIONS, ids=lambda decision: f"D{decision.number}")
 def test_a_decision_is_named_where_it_is_carried_out(decision):
     folder = Path(decisions.__file__).parent
     modules = sorted(m for m in folder.glob("*.py") if m.name != "decisions.py")

@@ -277,7 +277,7 @@ def test_results_that_have_been_cleared_are_not_accepted():
 def turns(text):
     """Names in the order of execution."""
     plc = plc_of(text)
-    names = [plc.items[i].name for i in plc.listed]
+    names = [plc.items[i].name for i in plc.listed_items]
     return [names[c.call_order] for c in plc.configs]
 
 
@@ -362,21 +362,21 @@ def test_an_input_that_the_program_around_assigns_is_read_as_it_is_in_this_cycle
     """A comes first and is called in every cycle; B, whose PV it reads, in every third one."""
     gains = GAINS.replace(".0,", ",").replace("100.0", "100")
     plc = plc_of(READER % (GAINS, kind, gains))
-    assert cycles(plc, plc.outside["B.PV"], [12.5, 13.25, 14.75, 80, 90], "A.MV") == expected
+    assert cycles(plc, plc.outside_inputs["B.PV"], [12.5, 13.25, 14.75, 80, 90], "A.MV") == expected
 
     plc = plc_of(READER % (GAINS, kind, gains))
-    bias = cycles(plc, plc.outside["B.PV"], [12.5, 13.25, 14.75, 80, 90], "B.BIAS")
+    bias = cycles(plc, plc.outside_inputs["B.PV"], [12.5, 13.25, 14.75, 80, 90], "B.BIAS")
     assert bias == [2 * expected[0]] * 3 + [160] * 2
 
 
 def test_an_open_input_of_a_block_is_read_as_it_is_in_this_cycle():
     plc = plc_of(OPEN_BLOCK % GAINS)
-    assert cycles(plc, plc.outside["G.InVar"], [20, 30, 10], "A.MV") == [40, 60, 20]
+    assert cycles(plc, plc.outside_inputs["G.InVar"], [20, 30, 10], "A.MV") == [40, 60, 20]
 
 
 def test_an_open_input_without_a_value_keeps_the_last_one_and_is_told():
     plc = plc_of(READER % (GAINS, "PIDA_REAL", GAINS))
-    assert cycles(plc, plc.outside["B.PV"], [12.5, float("inf"), 14], "A.MV") == [12.5, 12.5, 14]
+    assert cycles(plc, plc.outside_inputs["B.PV"], [12.5, float("inf"), 14], "A.MV") == [12.5, 12.5, 14]
     assert plc.states[1].fault
 
 

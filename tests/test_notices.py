@@ -110,9 +110,9 @@ def test_notices_are_read_as_they_were_left(left):
         (
             lambda s: ezlogix_autotune.end_tune(EzlogixConfig(), s, ezlogix_autotune.NO_STEP),
             EzlogixState,
-            ezlogix_autotune.REASON + ezlogix_autotune.NO_STEP,
+            ezlogix_autotune.REASON_BASE + ezlogix_autotune.NO_STEP,
         ),
-        (lambda s: ezlogix_autotune.tell_moving(s, 0.0), EzlogixState, ezlogix_autotune.MOVING),
+        (lambda s: ezlogix_autotune.tell_moving(s, 0.0), EzlogixState, ezlogix_autotune.PV_MOVING),
         (lambda s: dl06_autotune.end_tune(s, dl06_autotune.TUNE_NO_SWING), Dl06State, dl06_autotune.TUNE_NO_SWING),
     ],
 )

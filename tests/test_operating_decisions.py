@@ -10,9 +10,9 @@ import pytest
 
 from dl06_rig import Rig
 from pidcfg.api import simulate
-from pidcfg.sim.controllers.click import OPERATING as CLICK
-from pidcfg.sim.controllers.dl06 import OPERATING as DL06
-from pidcfg.sim.controllers.ezlogix import SHOWN as EZLOGIX
+from pidcfg.sim.controllers.click import OPERATION_DECISIONS as CLICK
+from pidcfg.sim.controllers.dl06 import OPERATION_DECISIONS as DL06
+from pidcfg.sim.controllers.ezlogix import SIGNAL_DECISIONS as EZLOGIX
 from pidcfg.sim.controllers.kernels import GOAL_ENDS
 from pidcfg.sim.engine import recording as run_decisions
 

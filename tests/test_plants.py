@@ -538,7 +538,7 @@ def test_an_event_that_changes_nothing_concerns_no_loop():
     """Another event of the same words may change something."""
     configs = [Facts(out_slot=0, pv_slot=1, sp_slot=2), Facts(out_slot=3, pv_slot=4, sp_slot=5)]
     event, same = (Facts(plc=None, disturb=None, loop="A", pv=None, set={"setpoint": 50}) for _ in range(2))
-    influence = Influence(Facts(), Facts(configs=configs, loops=["A", "B"]), idle=[event])
+    influence = Influence(Facts(), Facts(configs=configs, loops=["A", "B"]), idle_events=[event])
 
     assert [influence.can_move(one, loop) for one in (event, same) for loop in (0, 1)] == [False, False, True, False]
 

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 import command
 from pidcfg.cli.main import main
-from pidcfg.sim.engine.recording import MOST_POINTS, Recording
+from pidcfg.sim.engine.recording import MAX_POINTS, Recording
 from pidcfg.sim.engine.run import Settings
 from pidcfg.study.outcome import charts_of, simulate_document
 from pidcfg.text.source import read_document
@@ -168,7 +168,7 @@ def test_the_picture_and_the_csv_are_of_the_same_run(folder, pidcfg):
 def test_a_recording_keeps_first_lowest_highest_and_last_of_each_group(values, size, piece):
     recording = Recording()
     recording.begin(["a"], 5, 1.0)
-    recording.group = size
+    recording.group_size = size
     for first in range(0, len(values), piece):
         rows = values[first : first + piece]
         recording.add_rows(rows, len(rows))
@@ -187,7 +187,7 @@ def test_the_recording_is_the_trend_with_all_its_extremes(folder, pidcfg):
     trend = {name: [float(row[i]) for row in rows[1:]] for i, name in enumerate(rows[0])}
     recording = outcome().recording
     times, values = recording.signal("TIC-201.PV")
-    assert len(times) <= MOST_POINTS
+    assert len(times) <= MAX_POINTS
     at = dict(zip(trend["time"], trend["TIC-201.PV"], strict=True))
     assert all(value == pytest.approx(at[time], rel=1e-9) for time, value in zip(times, values, strict=True))
     assert (times[0], times[-1]) == (trend["time"][0], trend["time"][-1])
@@ -206,7 +206,7 @@ def test_no_spike_of_one_sample_is_lost_and_points_are_bounded():
         recording.add_rows(rows, count)
     recording.end()
     times, values = recording.signal("b")
-    assert len(values) <= MOST_POINTS
+    assert len(values) <= MAX_POINTS
     assert (min(values), max(values)) == (-7.0, 5.0)
     assert times[values.index(5.0)] == pytest.approx(12345.7)
     assert times == sorted(set(times))

@@ -10,7 +10,7 @@ from types import SimpleNamespace as Facts
 import pytest
 
 from pidcfg.sim.judgement import control
-from pidcfg.sim.judgement.meters import Meter, Rival, compare_errors
+from pidcfg.sim.judgement.meters import Benefit, Meter, compare_errors
 from standing_rig import SCENARIO, SIDES, failures, outcome, unproven, verdict
 
 VENDORS = [*SIDES]
@@ -270,8 +270,8 @@ def test_an_allowance_that_allows_nothing_excuses_nothing():
 )
 def test_errors_beyond_the_noise_are_summed_in_control_with_a_sound_sensor(control, broken, sums):
     """The set point is 10 and the noise 1: errors of 2, 0.5 and 3 with the loop, of 5, 0 and 6 without it."""
-    rival = Rival(loop=0, slot=1, margin=1.0)
-    meter = Facts(in_control=control, broken=broken, sp=0)
+    rival = Benefit(loop=0, slot=1, margin=1.0)
+    meter = Facts(in_control=control, sensor_broken=broken, sp=0)
     for pv, held in ((12.0, 15.0), (9.5, 10.0), (7.0, 4.0)):
         compare_errors([rival], [meter], [10.0, pv], [0.0, held])
 
@@ -282,7 +282,7 @@ def test_errors_beyond_the_noise_are_summed_in_control_with_a_sound_sensor(contr
 def test_seven_tenths_of_the_error_may_be_left(monkeypatch, error, word):
     monkeypatch.setattr(control, "_judge_exempt", lambda *_: None)
     monkeypatch.setattr(control, "_slow_answer", lambda *_: "")
-    e = Facts(rivals={0: Rival(0, 0, error=error, held_error=100.0, widest_error=9.0)}, bands=[2.0])
+    e = Facts(benefits={0: Benefit(0, 0, error=error, held_error=100.0, widest_error=9.0)}, bands=[2.0])
     assert control.judge_benefit(e, 0).verdict == word
 
 

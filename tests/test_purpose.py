@@ -178,10 +178,10 @@ def test_without_a_word_the_sign_is_assumed_and_the_action_not_judged(vendor, ac
     assert f"{said}assumed_signs: [L]\n" in text
     assert outcome.passed
     [verdict] = [v for v in outcome.report.standing if v.kind == "wrong-action"]
-    assert (verdict.loop, verdict.judged, verdict.passed) == ("L", False, True)
+    assert (verdict.loop, verdict.is_judged, verdict.passed) == ("L", False, True)
     line = "  L  not judged  whether the action is right: the sign of the plant is assumed from it\n"
     assert line in simulations_text([outcome])
-    open_ones = sum(not v.judged for v in outcome.report.standing)
+    open_ones = sum(not v.is_judged for v in outcome.report.standing)
     assert simulations_text([outcome]).splitlines()[-1].endswith(f", {open_ones} not judged")
 
     checked = text.replace(f"{said}assumed_signs: [L]\n", "")
@@ -292,9 +292,9 @@ def test_the_way_from_output_to_pv_is_followed(text, sign):
     settle_plants(net, initial_values(net))
     change = pv_change(net, plc, 0)
     assert (change > 0) - (change < 0) == sign
-    plc.rises = (False,) * 8
+    plc.output_raises_pv = (False,) * 8
     assert len(list(wrong_actions(net, plc))) == (sign > 0)
-    plc.rises = (True,) * 8
+    plc.output_raises_pv = (True,) * 8
     assert len(list(wrong_actions(net, plc))) == (sign < 0)
 
 

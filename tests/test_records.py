@@ -34,7 +34,7 @@ KNOWN = {
 def test_every_register_that_a_field_names_exists(vendor, record):
     rows = list(registers(getattr(import_module(f"pidcfg.sim.controllers.{vendor}.equation"), record)))
 
-    assert {row.name for row in rows} | {row.enabled for row in rows} <= KNOWN[vendor] | {None}
+    assert {row.name for row in rows} | {row.enabled_by for row in rows} <= KNOWN[vendor] | {None}
     assert rows or record == "State"
 
 
@@ -42,7 +42,7 @@ def test_every_register_that_a_field_names_exists(vendor, record):
 class Record:
     gain: float = register("gain", 1.0)
     whole: int = register("count", 0)
-    limit: float = register("limit", 99.0, enabled="limited")
+    limit: float = register("limit", 99.0, enabled_by="limited")
     reverse: int = register("action", 0, equals="reverse")
     worked_out: float = 7.0
 

@@ -20,7 +20,7 @@ from pidcfg.pictures import Bar, Chart, Line, Mark, Panel, Strip, page
 from pidcfg.pictures.layout import axis_limits, level_names, ticks
 from pidcfg.pictures.page import SQUARE, line_points, render_figure
 from pidcfg.sim.engine.run import Settings
-from pidcfg.sim.judgement.report import FLAG_WORDS, LIMITED_ABOVE, LIMITED_BELOW, flag_words
+from pidcfg.sim.judgement.report import FLAG_WORDS, LOWER_FLAGS, UPPER_FLAGS, flag_words
 from pidcfg.study.outcome import charts_of, level_lines, levels_around, simulate_document
 from pidcfg.text.source import read_document
 from pidcfg.vendors import VENDORS
@@ -178,7 +178,7 @@ def test_names_that_nobody_lists_stay_readable():
     assert flag_words("pv_high_high") == "PV high-high"
     assert flag_words("some_flag") == "some flag"
     assert flag_words("ErrBits.Kp") == "ErrBits.Kp"
-    assert FLAG_WORDS.keys() >= LIMITED_ABOVE | LIMITED_BELOW
+    assert FLAG_WORDS.keys() >= UPPER_FLAGS | LOWER_FLAGS
 
 
 def test_a_far_level_does_not_flatten_the_signal():

@@ -9,7 +9,7 @@ from itertools import pairwise
 import pytest
 
 from pidcfg.sim.engine.events import describe_event
-from pidcfg.sim.engine.recording import GROUP_VALUES, MOST_POINTS, Recording
+from pidcfg.sim.engine.recording import GROUP_VALUES, MAX_POINTS, Recording
 from pidcfg.sim.engine.run import Settings, UnusableError, simulate
 from scenario_rig import Controller, rows, run, scenario
 
@@ -642,9 +642,9 @@ def test_an_alarm_at_the_first_base_step_has_come():
     assert [(v.passed, v.value) for v in report.expectations] == [(True, 0), (False, 0)]
 
 
-@pytest.mark.parametrize(("steps", "group"), [(1, 1), (MOST_POINTS, 1), (MOST_POINTS + 1, GROUP_VALUES + 1)])
+@pytest.mark.parametrize(("steps", "group"), [(1, 1), (MAX_POINTS, 1), (MAX_POINTS + 1, GROUP_VALUES + 1)])
 def test_a_recording_keeps_every_base_step_until_they_are_too_many(steps, group):
     recording = Recording()
     recording.begin(["A.PV"], steps, 0.1)
 
-    assert recording.group == group
+    assert recording.group_size == group

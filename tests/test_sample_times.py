@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 import pidcfg
 import pidcfg.sim.engine.run as engine
-from pidcfg.sim.engine.network import MAX_DELAY, MOST_PARTS
+from pidcfg.sim.engine.network import MAX_DELAY, MAX_PARTS
 from pidcfg.sim.engine.plants import MODELS, Plant, set_parameters, settle_at, step_plants
 from pidcfg.sim.engine.run import Settings, begin_run, prepare_network
 from pidcfg.study.scenario import load_scenario
@@ -32,7 +32,9 @@ TICK = DT / TICKS
 
 def respond(model, inputs, dead, limits=None, **numbers):
     """The values after each step from rest at 0; ``dead`` in ticks."""
-    plant = Plant(MODELS[model], slot=1, measured=1, source=0, length=-(-dead // TICKS), late=dead % TICKS / TICKS)
+    plant = Plant(
+        MODELS[model], slot=1, measured=1, source=0, length=-(-dead // TICKS), late_share=dead % TICKS / TICKS
+    )
     low, high = limits or (-1e15, 1e15)
     given_numbers = {"gain": 1.0, "load": 0.0, "noise": 0.0, "stiction": 0.0, "low": low, "high": high}
     set_parameters(plant, given_numbers | numbers, DT)
@@ -244,7 +246,7 @@ def test_without_control_the_same_plants_go_the_same_way():
         pass
 
     assert run.net.parts > 1
-    assert [plant.late > 0 for plant in run.net.plants] == [True, True, False]
+    assert [plant.late_share > 0 for plant in run.net.plants] == [True, True, False]
     assert [plant.y for plant in run.machine.reference.plants] == [plant.y for plant in run.net.plants]
     assert [plant.y for plant in run.net.plants] == pytest.approx([60, 52.74, 45], rel=1e-3)
 
@@ -281,7 +283,7 @@ A = "  - {name: a, model: first_order, input: A.OUT, time_constant: 0.001}\n"
         ("first_order, input: a, time_constant: 30, dead_time: 0.2", 1),
         ("valve, input: a, stiction: 1", 1),
         ("first_order, input: a, time_constant: 0.1", 100),
-        ("first_order, input: a, time_constant: 0.01", MOST_PARTS),
+        ("first_order, input: a, time_constant: 0.01", MAX_PARTS),
     ],
 )
 def test_a_base_step_has_as_many_parts_as_the_shortest_lag_wants_whose_input_is_not_held(plant, parts):
@@ -330,9 +332,9 @@ def test_a_delay_line_is_as_long_as_its_dead_time_in_steps_and_in_parts():
         f"  - {{name: p{i}, model: dead_time, input: A.OUT, dead_time: {t}}}\n" for i, t in enumerate([0, 3, 3.25, 0.1])
     )
     net = network(lines)
-    assert [(p.delay, p.length, p.late) for p in net.plants] == [(0, 0, 0), (0, 3, 0), (3, 4, 0.25), (7, 1, 0.1)]
+    assert [(p.delay, p.length, p.late_share) for p in net.plants] == [(0, 0, 0), (0, 3, 0), (3, 4, 0.25), (7, 1, 0.1)]
     net = network(lines + A + "  - {name: z, model: first_order, input: a, time_constant: 5}\n")
-    assert [(p.length, p.late) for p in net.plants[:4]] == [(0, 0), (6, 0), (7, 0.5), (1, 0.2)]
+    assert [(p.length, p.late_share) for p in net.plants[:4]] == [(0, 0), (6, 0), (7, 0.5), (1, 0.2)]
 
 
 @pytest.mark.parametrize(("dead", "refused"), [(MAX_DELAY, False), (MAX_DELAY + 0.5, True), (10**12, True)])

@@ -37,7 +37,7 @@ def test_a_plant_keyed_by_its_loop_reads_the_output_of_that_loop():
     net = prepare_network(
         scenario("plants:\n  A: {model: dead_time}\n  B: {model: dead_time, input: A.PV}\n"), Controller.load()
     )
-    a, b = (net.plants[net.plant_of[name]] for name in "AB")
+    a, b = (net.plants[net.plant_index[name]] for name in "AB")
     assert (a.source, a.measured) == (3, 0), "A.OUT to the input of A"
     assert b.source == a.slot
     assert not net.problems

@@ -28,7 +28,7 @@ from pidcfg.output.conversion import verified_data
 from pidcfg.study.verification.comparison import CountSizes
 from pidcfg.study.verification.comparison import find_differences as compared
 from pidcfg.study.verification.stand_in import Rules, make_stand_in
-from pidcfg.study.verification.twin import _find_answer, _is_said, with_fields, with_rules, without_losses
+from pidcfg.study.verification.twin import _find_answer, _is_said, drop_losses, replace_fields, replace_rules
 from pidcfg.study.verification.verify import (
     Battery,
     hidden_fields,
@@ -133,9 +133,9 @@ def test_rules_are_those_that_lines_name_and_not_those_of_the_target():
     own = Operation(windup=Windup.FROZEN, transfer=Transfer.ON_TOP, has_edge=True)
     target = Operation(windup=Windup.ENDLESS, transfer=Transfer.GOES_ON, slowest_integral=Decimal(6000))
     line = Change("operation.windup", "assumed", own.windup.text, Windup.PARTIAL.text)
-    found = with_rules(own, [line], target, integral=True)
+    found = replace_rules(own, [line], target, integral=True)
     assert (found.windup, found.transfer, found.has_edge) == (Windup.PARTIAL, Transfer.ON_TOP, False)
-    slow = with_rules(own, [], target, integral=False)
+    slow = replace_rules(own, [], target, integral=False)
     assert (slow.windup, slow.transfer) == (Windup.ENDLESS, Transfer.GOES_ON)
 
 
@@ -173,12 +173,12 @@ def test_a_choice_is_another_one_where_it_is_lost_alone():
 def test_fields_of_a_neutral_loop_are_changed_and_taken_away():
     source = configured("nextopid")
     (loop,) = make_side(source.vendor, source.config).loops
-    found = with_fields(
+    found = replace_fields(
         loop, {"output.limits.1": Decimal(80), "setpoint.limits.0": Decimal(5), "tuning.gain": Decimal(3)}
     )
     assert (found.output.limits, found.setpoint.limits, found.tuning.gain) == ((10, 80), (5, 100), 3)
-    assert with_fields(loop, {"setpoint.value": None}).setpoint.value is None
-    assert with_fields(loop, {}) is loop
+    assert replace_fields(loop, {"setpoint.value": None}).setpoint.value is None
+    assert replace_fields(loop, {}) is loop
 
 
 HELD = """
@@ -230,7 +230,7 @@ def test_a_wild_conversion_is_alike_and_with_another_action_or_gain_it_is_not(nu
     one = Conversion.of(source, target, f"wild {number}")
     assert verdict(one, one.result, 0, 0, source=True) is None
     sides = one.sides(one.result)
-    hidden = list(hidden_fields(make_reference(sides.twin, 0, sides.target.loops[0]), sides.twin, 0))
+    hidden = list(hidden_fields(make_reference(sides.target_model, 0, sides.target.loops[0]), sides.target_model, 0))
     tried = 0
     for path, change, result in spoils(one, 0, sides.target.loops[0]):
         name = path[-1]
@@ -392,10 +392,10 @@ def test_a_source_without_what_is_lost_keeps_what_it_cannot_be_without():
     source = check_text(HELD.replace("Ti_Ki: 30,", "Ti_Ki: 30, MaxVarMV: 2,"))
     lost = [Change(key, "dropped", 1, None, loss=True) for key in ("MaxVarMV", "Kp", "nothing", "blocks.X.Y")]
     report = [type("Report", (), {"changes": lost})]
-    found = without_losses(source.config, source.vendor, report)
+    found = drop_losses(source.config, source.vendor, report)
     assert (found.loops[0].MaxVarMV, found.loops[0].Kp) == (0, 1)
     harmless = [replace(row, loss=False) for row in lost]
-    assert without_losses(source.config, source.vendor, [type("Report", (), {"changes": harmless})]) is source.config
+    assert drop_losses(source.config, source.vendor, [type("Report", (), {"changes": harmless})]) is source.config
 
 
 @pytest.mark.parametrize(
@@ -415,7 +415,7 @@ def test_examples_are_alike_with_what_they_lose(file, target):
     assert result.verified
 
 
-FINE = replace(FEW, share=0.0, alone=CountSizes(1.0, 0.004), shifts=(0,))
+FINE = replace(FEW, response_share=0.0, open_loop=CountSizes(1.0, 0.004), shifts=(0,))
 
 
 @pytest.mark.parametrize(
@@ -467,11 +467,11 @@ loops:
 def test_a_number_that_no_line_makes_another_one_is_told_whatever_the_stages_show(path, value, number):
     one = Conversion.of(check_text(RANGED), "ezlogix", "ranged")
     sides = one.sides(one.result)
-    assert list(unsaid_numbers(sides.twin.loops[0], sides.target.loops[0])) == []
+    assert list(unsaid_numbers(sides.target_model.loops[0], sides.target.loops[0])) == []
     data = deepcopy(one.outcome.data)
     set_value(data, ("loops", 0, *path), value)
     sides = one.sides(checked(data))
-    found = [row.signal for row in unsaid_numbers(sides.twin.loops[0], sides.target.loops[0])]
+    found = [row.signal for row in unsaid_numbers(sides.target_model.loops[0], sides.target.loops[0])]
     assert number in found
 
 
@@ -516,7 +516,7 @@ def test_a_single_sample_at_the_edge_of_a_limit_is_no_difference(changes, wanted
     one, two = side(), side()
     for k, by in changes.items():
         two.output[k] += by
-    fine = replace(FEW, closed=CountSizes(1.0, 0.01), shifts=(0,))
+    fine = replace(FEW, closed_loop=CountSizes(1.0, 0.01), shifts=(0,))
     found = [row for row in compared(replace(SWEPT, is_swept=False), one, two, BENCH, fine) if row.signal == "output"]
     assert [list(row.samples) for row in found] == ([wanted] if wanted else [])
 

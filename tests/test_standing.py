@@ -57,7 +57,7 @@ def test_a_sound_run_passes_with_every_kind_judged(vendor):
         ("set-up-error", ""),
         *((kind, "TANK") for kind in STANDING_KINDS),
     ]
-    assert all(v.passed and v.judged for v in result.report.standing)
+    assert all(v.passed and v.is_judged for v in result.report.standing)
     assert result.report.loops["TANK"].metrics["oscillation_period"] is None
 
 
@@ -133,7 +133,7 @@ def test_a_wire_that_leaves_nothing_of_an_output_drives_nothing():
 def test_full_power_that_does_not_suffice_is_saturated(vendor):
     result = outcome(vendor, WEAK)
     found = verdict(result, "saturated")
-    assert (found.passed, found.judged, found.at) == (False, True, 180.0)
+    assert (found.passed, found.is_judged, found.at) == (False, True, 180.0)
     assert "upper output limit" in found.text
     assert not result.passed
 
@@ -179,9 +179,9 @@ def test_a_level_that_stands_elsewhere_without_an_integral_has_a_tolerance():
 @pytest.mark.parametrize("vendor", VENDORS)
 def test_an_event_in_the_last_tenth_is_judged_by_what_comes_before_it(vendor):
     found = verdict(outcome(vendor, WEAK, ("at: 80", "at: 190")), "saturated")
-    assert (found.passed, found.judged) == (False, True)
+    assert (found.passed, found.is_judged) == (False, True)
     assert found.text.endswith("until the event at 190 s")
-    assert verdict(outcome(vendor, ("at: 80", "at: 190")), "saturated").judged
+    assert verdict(outcome(vendor, ("at: 80", "at: 190")), "saturated").is_judged
 
 
 @pytest.mark.parametrize("vendor", [vendor for vendor in VENDORS if vendor != "dpide"])
@@ -234,7 +234,7 @@ def test_events_that_repeat_leave_an_oscillation_open(vendor):
     steps = ((at, 66 + at % 2) for at in range(124, 200, 11))
     more = "".join(f"  - {{at: {at}, loop: TANK, set: {{setpoint: {value}}}}}\n" for at, value in steps)
     found = verdict(outcome(vendor, config=[SIDES[vendor].gain], more=more), "oscillates")
-    assert (found.passed, found.judged) == (True, False)
+    assert (found.passed, found.is_judged) == (True, False)
     assert found.text.endswith("6 events move it in the last third")
 
 
@@ -503,7 +503,7 @@ def test_a_loop_that_is_refused_auto_for_the_whole_run_fails():
     assert failures(result) == {"not-in-mode"}
     found = verdict(result, "not-in-mode")
     assert (found.text, found.at) == ("is meant for auto and stays in manual: refused: a PV alarm is active", 0.0)
-    others = {v.kind: v.text for v in result.report.standing if not v.judged}
+    others = {v.kind: v.text for v in result.report.standing if not v.is_judged}
     kinds = ("pv-not-driven", "saturated", "error-stands", "oscillates", "not-settled", "no-better")
     assert others == dict.fromkeys(kinds, "in manual from start to end")
     assert result.report.loops["TANK"].metrics["iae"] is None
@@ -517,7 +517,7 @@ def test_a_loop_that_is_meant_for_manual_is_judged_by_its_alarms_and_its_range(v
         (EVENT, ""),
         config=[("mode: auto", "mode: manual")] if vendor != "generic" else [("    pv:", "    mode: manual\n    pv:")],
     )
-    assert {v.kind for v in result.report.standing if v.judged and v.loop} == {
+    assert {v.kind for v in result.report.standing if v.is_judged and v.loop} == {
         "set-up-error",
         "out-of-range",
         "alarm-stands",
@@ -568,23 +568,23 @@ def test_a_loop_that_loses_its_mode_by_itself_fails():
 def test_an_event_long_before_explains_nothing():
     tuned = "  - {at: 90, loop: TANK, autotune: cancel}\n  - {at: 150, loop: TANK, set: {sample_rate: 50 ms}}\n"
     found = verdict(outcome("click", more=tuned), "not-in-mode")
-    assert (found.passed, found.judged) == (False, True)
+    assert (found.passed, found.is_judged) == (False, True)
     just_before = tuned.replace("at: 90", "at: 149")
-    assert not verdict(outcome("click", more=just_before), "not-in-mode").judged
+    assert not verdict(outcome("click", more=just_before), "not-in-mode").is_judged
 
 
 @pytest.mark.parametrize("vendor", ["dl06", "click"])
 def test_a_stop_of_the_plc_says_why_a_loop_is_in_manual(vendor):
     word = {"dl06": "program"}.get(vendor, "stop")
     found = verdict(outcome(vendor, more=f"  - {{at: 150, plc: {word}}}\n"), "not-in-mode")
-    assert (found.passed, found.judged) == (True, False)
+    assert (found.passed, found.is_judged) == (True, False)
     assert f"the event at 150 s, PLC to {word} mode" in found.text
 
 
 def test_a_signal_of_the_program_says_why_a_loop_tracks():
     wired = ("    TRK_IN: Hold\n", "    TRK_IN: Hold\n    TRK_VAL: 30.0\n")
     found = verdict(outcome("nextopid", config=[wired], more="  - {at: 150, set: {Hold: true}}\n"), "not-in-mode")
-    assert (found.passed, found.judged) == (True, False)
+    assert (found.passed, found.is_judged) == (True, False)
     result = outcome("nextopid", config=[wired, ("Hold: false", "Hold: true")])
     assert failures(result) == {"not-in-mode"}
 
@@ -593,7 +593,7 @@ def test_an_expectation_on_its_mode_says_so_too():
     slow = "  - {at: 120, loop: TANK, set: {sample_rate: 50 ms}}\n"
     assert verdict(outcome("click", more=slow), "not-in-mode").text.startswith("is meant for auto and ends in manual")
     found = verdict(outcome("click", more=f"{slow}expect:\n  - {{loop: TANK, mode: manual}}\n"), "not-in-mode")
-    assert (found.passed, found.judged) == (True, False)
+    assert (found.passed, found.is_judged) == (True, False)
     assert found.text.endswith("an expectation names manual")
 
 
@@ -630,7 +630,7 @@ def test_a_cascade_is_judged_loop_by_loop():
     result = cascade(more="  - {at: 150, loop: FLOW, mode: auto}\n")
     assert result.passed
     found = verdict(result, "not-in-mode")
-    assert not found.judged
+    assert not found.is_judged
     assert "the event at 150 s on FLOW" in found.text
     alone = cascade(config=[("mode: cascade", "mode: auto")])
     assert failures(alone) == {"not-in-mode"}, "a master needs its slave in Cascade"
@@ -845,7 +845,7 @@ def test_what_is_allowed_is_shown_as_not_passed_and_does_not_fail_the_run():
     result = outcome("dl06", WEAK, more=allow)
     found = verdict(result, "saturated")
     assert result.passed
-    assert (found.passed, found.judged, found.allowed) == (False, True, "the heater is on loan")
+    assert (found.passed, found.is_judged, found.allowed) == (False, True, "the heater is on loan")
     assert result.report.loops["TANK"].verdict == "not-judged"
     line = "passed: 0 of 0 expectations, 8 of 11 always checked, 3 allowed"
     assert verdict_line(result.outcome, result.report) == line
@@ -1029,7 +1029,7 @@ def test_what_is_allowed_or_not_judged_is_skipped_in_junit():
 
 def swung(pvs, least=1.0):
     """The meter of a PV in Auto, looked at from its first value on."""
-    m = Meter(0, 1, 2, control_bits=2, last_third=0, least_swing=least)
+    m = Meter(0, 1, 2, control_bits=2, last_third=0, min_swing=least)
     change_status(0, m, 2, 0)
     for k, pv in enumerate(pvs):
         watch_swings(k, m, pv)

@@ -90,7 +90,7 @@ def evidence(**given):
         effects=[given.get("effect", 50.0)],
         paces=[Facts(integrates=given.get("integrates", False), seconds=given.get("pace", 10.0), lag_time=8.0)],
         span=lambda _: 100.0,
-        least_difference=lambda _: 0.2,
+        min_difference=lambda _: 0.2,
         given_set_points=given.get("given", {}),
         unmet_events=given.get("unmet", {}),
         ignored_events=given.get("ignored", {}),
@@ -157,7 +157,7 @@ def test_an_output_moves_its_pv_by_four_counts_and_for_nine_tenths_of_the_run(gi
     [
         ({}, "proven", "its PV ends inside its range"),
         ({"range": None}, "not-judged", "its configuration gives no range of the PV"),
-        ({"broken": 1, "sig": [200.0, 50.0, 0.0]}, "not-judged", "an event has broken its sensor"),
+        ({"sensor_broken": 1, "sig": [200.0, 50.0, 0.0]}, "not-judged", "an event has broken its sensor"),
         ({"sig": [100.2, 50.0, 0.0]}, "proven", "its PV ends inside its range"),
         ({"sig": [-0.2, 50.0, 0.0]}, "proven", "its PV ends inside its range"),
         ({"sig": [100.3, 50.0, 0.0]}, "failed", "its PV ends at 100.3, outside its range of 0 to 100"),
@@ -329,9 +329,9 @@ def test_a_loop_is_watched_from_four_plant_times_before_the_window_on(look, pace
 def test_a_swing_passes_counts_share_of_the_span_and_noise(monkeypatch, scale, noise, least):
     monkeypatch.setattr(watch, "noise_of", lambda *_: noise)
     e = evidence(expect=[Facts(loop="A", alarm="high", never=None), Facts(loop="A", alarm="low", never=True)])
-    e.plc.scales, e.plc.goals, e.plc.control_bits = [scale], ["auto"], AUTO
+    e.plc.scales, e.plc.initial_modes, e.plc.control_bits = [scale], ["auto"], AUTO
     (m,) = watch.meters_of(e.scenario, e.plc, e.net, 1000)
-    assert (m.least_swing, m.last_third, m.wanted_bits, m.control_bits, m.outer_bits) == (least, 667, AUTO, AUTO, LOW)
+    assert (m.min_swing, m.last_third, m.wanted_bits, m.control_bits, m.outer_bits) == (least, 667, AUTO, AUTO, LOW)
 
 
 @pytest.mark.parametrize(
@@ -340,11 +340,11 @@ def test_a_swing_passes_counts_share_of_the_span_and_noise(monkeypatch, scale, n
 )
 def test_the_noise_of_a_pv_is_that_of_all_transmitters_at_its_largest(monkeypatch, sigmas, events, noise):
     monkeypatch.setattr(watch, "_pv_change", lambda *found: found[-1])
-    monkeypatch.setattr(watch, "_noise_sources", lambda net, *_: net.noisy)
+    monkeypatch.setattr(watch, "_noise_sources", lambda net, *_: net.noisy_plants)
     names = [f"p{n}" for n, _ in enumerate(sigmas)]
     net = Facts(
-        noisy=names,
-        plant_of={name: n for n, name in enumerate(names)},
+        noisy_plants=names,
+        plant_index={name: n for n, name in enumerate(names)},
         plants=[Facts(sigma=sigma, measured=0) for sigma in sigmas],
     )
     later = [Facts(plant=None, loop="p0", disturb={"noise": event}) for event in events]
@@ -367,7 +367,7 @@ PLC = Facts(
     word_of_flags="0x{:04X}",
     flag_bits={"odd": ODD},
     aux_bits={"complete": COMPLETE, "even": EVEN},
-    tuned=lambda loop: TUNED if loop == 1 else None,
+    tuning_result=lambda loop: TUNED if loop == 1 else None,
 )
 METRICS = {"iae": 3.0, "overshoot": 5.0, "settling_time": None, "rise_time": None, "oscillation_period": None}
 OUT = MeasuredRun(

@@ -15,7 +15,7 @@ from pidcfg.sim.engine import choice
 from pidcfg.sim.engine.events import Journal
 from pidcfg.sim.engine.kernel import Span, is_steady
 from pidcfg.sim.engine.reference import _program_followers
-from pidcfg.sim.engine.run import refused_modes, spans_of, swings_alike, window_of
+from pidcfg.sim.engine.run import refused_modes, spans_of, swings_alike, window_steps
 from pidcfg.sim.judgement import control
 from pidcfg.sim.judgement import lasting as saturation
 from pidcfg.sim.judgement import standing as signals
@@ -30,7 +30,7 @@ from pidcfg.sim.judgement.evidence import (
     limits_reached,
 )
 from pidcfg.sim.judgement.meters import Meter, begin_calm, calm_oscillation, oscillation, watch_swings
-from pidcfg.sim.judgement.standing import LONG_SHARE, expected_errors, judge_alarms
+from pidcfg.sim.judgement.standing import TOLERATED_SHARE, expected_errors, judge_alarms
 
 # --- Standing expectations, each judgement by itself: what it makes of the facts at their limits ----------------------
 
@@ -67,7 +67,7 @@ def test_an_alarm_that_is_over_may_have_stood_for_a_tenth_of_the_run(steps, pass
     plc = Facts(outer_alarms=("high-high",), alarm_bits={"high-high": 1})
     found = judge_alarms(Facts(meters=[meter], plc=plc, last=1000, seconds=lambda k: k / 10), 0)
 
-    assert LONG_SHARE == 0.1
+    assert TOLERATED_SHARE == 0.1
     assert found.verdict == ("proven" if passed else "failed")
     assert passed or found.text == "high-high stands for 10.1 s, 10 % of the run"
 
@@ -121,15 +121,15 @@ def test_a_fault_of_one_loop_that_is_expected_excuses_its_cascade_and_one_of_the
 def test_an_oscillation_has_three_whole_periods_and_goes_on(turns, k, found):
     meter = Facts(
         calm_turns=turns,
-        most_growing_swings=0,
-        calm_longest=10,
-        calm_shortest=10,
+        max_growing_swings=0,
+        calm_longest_period=10,
+        calm_shortest_period=10,
         last_swing=4.0,
         calm_first_swing=4.0,
         widest_swing=4.0,
         last_turn=60,
         calm_first_turn=0,
-        calm_swings=24.0,
+        calm_swing_sum=24.0,
     )
     assert calm_oscillation(meter, k) == found
 
@@ -154,12 +154,12 @@ BITS = {"one": 1, "two": 2}
 def journal():
     """Of a run with one loop, whose two alarms and two flags are bits 0 and 1 of what is noted."""
     plc = Facts(
-        goals=["auto"],
+        initial_modes=["auto"],
         modes={},
         alarm_bits=BITS,
         flag_bits=BITS,
         aux_bits={},
-        tuned=lambda _: None,
+        tuning_result=lambda _: None,
     )
     return Journal(plc, 0.1)
 
@@ -272,7 +272,7 @@ def evidence(early=3.0, late=3.0, *, least=0.1, pace=10.0, turn=10.0, integrates
     meter = Facts(
         control_since=given.pop("control_since", 0),
         sign_since=0,
-        broken=0,
+        sensor_broken=0,
         last_third_aux=0,
         aux_status=0,
         in_control=1,
@@ -294,7 +294,7 @@ def evidence(early=3.0, late=3.0, *, least=0.1, pace=10.0, turn=10.0, integrates
         scenario=Facts(initial=given.get("initial")),
         meters=[meter, Facts(in_control=1)],
         mean_errors=lambda _: (early, late),
-        least_difference=lambda _: least,
+        min_difference=lambda _: least,
         span=lambda _: 100.0,
         seconds=float,
         set_point_moves=lambda _: given.get("moves", 0.0),
@@ -436,7 +436,7 @@ def test_a_loop_works_with_more_than_a_twentieth_of_its_output(out, works):
 
 def watched(pvs, *, least=1.0, late=0, **fields):
     """A meter that has seen these PVs, one a base step."""
-    m = Meter(0, 1, 2, in_control=1, least_swing=least, last_third=late, **fields)
+    m = Meter(0, 1, 2, in_control=1, min_swing=least, last_third=late, **fields)
     for k, pv in enumerate(pvs):
         watch_swings(k, m, pv)
     return m
@@ -454,7 +454,7 @@ def test_turning_points_are_where_the_pv_has_come_back_by_more_than_the_least_mo
     pvs = zigzag(0, 5, 0, 5, 0, 5, 0, 5, 0, 5, 0)
     m = watched(pvs)
     assert (m.turns, m.last_turn, m.last_swing) == (9, 45, 5.0)
-    assert (m.shortest, m.longest) == (10, 10)
+    assert (m.shortest_period, m.longest_period) == (10, 10)
     assert oscillation(m, 50) == (10.0, 2.5)
     assert calm_oscillation(m, 50) == (10.0, 2.5)
     assert watched(pvs, least=4.0).turns == 9
@@ -464,7 +464,7 @@ def test_turning_points_are_where_the_pv_has_come_back_by_more_than_the_least_mo
 def test_the_first_swing_of_the_last_third_and_of_the_calm_is_left_out():
     """Each began before it, so that it may have been cut."""
     m = watched(zigzag(0, 9, 0, 5, 1, 5, 1, 5, 1, 5, 1, 5, 1, 5), late=20)
-    assert (m.first_turn, m.first_swing, m.swings) == (23, 4.0, 36.0)
+    assert (m.first_turn, m.first_swing, m.swing_sum) == (23, 4.0, 36.0)
     assert (m.calm_first_turn, m.calm_first_swing) == (18, 5.0)
 
 
@@ -482,21 +482,21 @@ SWINGING = {
     "turns": 8,
     "first_swing": 5.0,
     "last_swing": 4.0,
-    "shortest": 10,
-    "longest": 20,
+    "shortest_period": 10,
+    "longest_period": 20,
     "first_turn": 10,
     "last_turn": 55,
-    "swings": 27.0,
+    "swing_sum": 27.0,
 }
 CALM = {
     "calm_turns": 8,
     "calm_first_swing": 5.0,
     "last_swing": 4.0,
-    "calm_shortest": 10,
-    "calm_longest": 20,
+    "calm_shortest_period": 10,
+    "calm_longest_period": 20,
     "calm_first_turn": 10,
     "last_turn": 55,
-    "calm_swings": 27.0,
+    "calm_swing_sum": 27.0,
     "widest_swing": 99.0,
 }
 
@@ -508,7 +508,7 @@ CALM = {
         ({}, 71, False),
         ({"turns": 7}, 70, False),
         ({"last_swing": 3.999}, 70, False),
-        ({"longest": 21}, 70, False),
+        ({"longest_period": 21}, 70, False),
     ],
 )
 def test_three_even_periods_of_swings_that_hardly_get_smaller_are_an_oscillation(changed, last, found):
@@ -521,12 +521,12 @@ def test_three_even_periods_of_swings_that_hardly_get_smaller_are_an_oscillation
     [
         ({}, 70, True),
         ({}, 71, False),
-        ({"calm_turns": 7, "most_growing_swings": 2}, 70, False),
+        ({"calm_turns": 7, "max_growing_swings": 2}, 70, False),
         ({"last_swing": 3.999}, 70, False),
-        ({"calm_longest": 21}, 70, False),
-        ({"most_growing_swings": 3}, 70, False),
-        ({"most_growing_swings": 3, "widest_swing": 5.0}, 70, True),
-        ({"most_growing_swings": 2}, 70, True),
+        ({"calm_longest_period": 21}, 70, False),
+        ({"max_growing_swings": 3}, 70, False),
+        ({"max_growing_swings": 3, "widest_swing": 5.0}, 70, True),
+        ({"max_growing_swings": 2}, 70, True),
     ],
 )
 def test_an_oscillation_since_the_last_event_is_held_against_its_widest_swing_where_it_grew(changed, k, found):
@@ -539,7 +539,7 @@ def test_one_that_grows_three_times_need_not_have_three_periods(turns, grown, fo
         0,
         1,
         2,
-        **{**CALM, "calm_turns": turns, "most_growing_swings": grown, "widest_swing": 4.0, "calm_first_turn": 50},
+        **{**CALM, "calm_turns": turns, "max_growing_swings": grown, "widest_swing": 4.0, "calm_first_turn": 50},
     )
     assert (calm_oscillation(m, 55) is not None) == found
 
@@ -592,9 +592,9 @@ def test_a_pv_that_swings_comes_back_to_its_extremes_of_four_windows_before(now,
     ],
 )
 def test_a_window_is_the_longest_time_constant_in_whole_samples(periods, longest, step, window):
-    plc = Facts(configs=[Facts(period=round(period * TICKS)) for period in periods], longest=0.0)
+    plc = Facts(configs=[Facts(period=round(period * TICKS)) for period in periods], longest_time=0.0)
     machine = Facts(plc=plc, net=Facts(longest_time=lambda: longest), step=round(step * TICKS))
-    assert window_of(machine) == window
+    assert window_steps(machine) == window
 
 
 @pytest.mark.parametrize(
@@ -602,7 +602,11 @@ def test_a_window_is_the_longest_time_constant_in_whole_samples(periods, longest
 )
 def test_a_loop_that_rests_in_manual_though_it_is_meant_for_more_is_told(status, goal, told):
     plc = Facts(
-        loops=["A"], states=[Facts(status=status)], goals=[goal], modes={"manual": 1}, mode={1: "manual", 2: "auto"}.get
+        loops=["A"],
+        states=[Facts(status=status)],
+        initial_modes=[goal],
+        modes={"manual": 1},
+        mode={1: "manual", 2: "auto"}.get,
     )
     found = [(p.path, p.message, p.severity, p.loop) for p in refused_modes(Facts(plc=plc))]
     assert found == ([(("initial",), f"A rests in manual, though {goal} is meant", "warning", "A")] if told else [])

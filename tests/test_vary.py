@@ -139,7 +139,7 @@ def ends(vary, config=CONFIG):
     ],
 )
 def test_a_spread_has_its_ends(vary, wanted):
-    found = ends(vary).ends
+    found = ends(vary).spread
     assert (found.low, found.high) == pytest.approx(wanted[:2])
     if len(wanted) > 2:
         assert (found.mean, found.sigma) == wanted[2:]
@@ -151,7 +151,7 @@ def test_a_share_of_a_negative_number_is_of_its_amount():
     text = scenario(plants("gain: ±30 %")).replace("gain: 2}", "gain: -2}")
     loaded = loaded_of(text)
     ((one,), _) = loaded.uncertainties(loaded.new_plc())
-    assert (one.ends.low, one.ends.high) == pytest.approx((-2.6, -1.4))
+    assert (one.spread.low, one.spread.high) == pytest.approx((-2.6, -1.4))
 
 
 def test_a_number_keeps_the_unit_of_the_file():
@@ -200,7 +200,7 @@ vary: {loops: {OVEN1: {pv.filter: {uniform: [1, 9]}}}}
     loaded = loaded_of(text, starter(VENDORS["click"]), "starter.yaml")
     ((one,), problems) = loaded.uncertainties(loaded.new_plc())
     assert problems == []
-    assert one.whole
+    assert one.is_integer
     assert [one.number_text(value) for value in (1.2, 2.5, 3.5, 8.8)] == ["1", "2", "4", "9"]
 
 

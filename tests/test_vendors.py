@@ -52,7 +52,7 @@ def scenario(vendor):
     controller = vendor.module("controller")
     plc = controller.load(encoded.image, controller.Options())
     loop = plc.loops[0]
-    return SCENARIO.format(loop=loop, out=f"{loop}.{plc.out_name}", inlet=plc.inlets.get(loop, f"{loop}.PV"))
+    return SCENARIO.format(loop=loop, out=f"{loop}.{plc.out_name}", inlet=plc.pv_inputs.get(loop, f"{loop}.PV"))
 
 
 @pytest.fixture

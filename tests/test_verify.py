@@ -15,7 +15,7 @@ from pidcfg.cli.main import cli
 from pidcfg.conversion.operation import Smoothing
 from pidcfg.sim.controllers.kernels import NEVER
 from pidcfg.study.verification.comparison import (
-    EITHER_SAMPLE,
+    SAMPLE_SHIFTS,
     CountSizes,
     Tolerance,
     find_differences,
@@ -198,7 +198,7 @@ def test_the_filter_of_a_derivative_has_a_line_and_the_twin_follows_it():
     assert line.note == "67.1 % instead of 52.6 %; with 0.134 s it would be the same"
     sides = one.sides(one.result)
     assert "operation.smoothing" in {line.neutral for line in sides.lines[0]}
-    assert [side.rules[0].operation.smoothing for side in (sides.mirror, sides.twin)] == [
+    assert [side.rules[0].operation.smoothing for side in (sides.source_model, sides.target_model)] == [
         Smoothing.BACKWARD,
         Smoothing.EXACT,
     ]
@@ -209,8 +209,8 @@ def test_the_answer_of_the_loop_alone_tells_its_numbers(key, value):
     one = numbered(240)
     data = {**one.outcome.data, "loops": [{**one.outcome.data["loops"][0], key: value}]}
     sides = one.sides(checked(data))
-    reference = make_reference(sides.twin, 0, sides.target.loop(0))
-    tolerance = tolerance_of(sides.twin, 0, sides.target, 0, reference.bench)
+    reference = make_reference(sides.target_model, 0, sides.target.loop(0))
+    tolerance = tolerance_of(sides.target_model, 0, sides.target, 0, reference.bench)
     found = {difference.stage for difference in Battery(reference, sides.target, 0, tolerance).find_differences()}
     assert "answer" in found
 
@@ -258,7 +258,7 @@ def test_two_files_of_one_vendor_are_alike_only_to_the_count():
 def test_the_bench_stays_within_the_range(kiln):
     loop = loops_of(kiln.source.config, kiln.source.vendor)[0]
     bench = bench_of(loop, loop)
-    assert bench.low < bench.alarm_free[0] < bench.start < bench.alarm_free[1] < bench.high
+    assert bench.low < bench.alarm_free_range[0] < bench.rest_pv < bench.alarm_free_range[1] < bench.high
     assert 0 < abs(bench.gain) <= 3 * bench.span
 
 
@@ -399,9 +399,9 @@ loops:
      alarms: {pv: {low: 30, high: 150}, deviation: {high: 20, high_high: 25}, rate_of_change: 8, hysteresis: 3}}
 """
 BENCH = Bench(
-    low=0.0, high=200.0, sample=1.0, gain=100.0, time_constant=20.0, dead_time=1.0, middle=0.5, start=100.0,
-    alarm_free=(30.0, 150.0), sp_width=160.0, length=100.0, settling=10.0, manual_time=6.0, slowest=2.0,
-    limits=(0.1, 0.9),
+    low=0.0, high=200.0, sample=1.0, gain=100.0, time_constant=20.0, dead_time=1.0, rest_out=0.5, rest_pv=100.0,
+    alarm_free_range=(30.0, 150.0), sp_width=160.0, length=100.0, settling_time=10.0, manual_time=6.0,
+    slowest_sample=2.0, limits=(0.1, 0.9),
 )  # fmt: skip
 BATTERY = {
     "start": "0 to 100; at 80, 40",
@@ -449,7 +449,7 @@ def lower_loop_once(changes):
 
 def told(stage, bench):
     """A stage in words, without what goes before it."""
-    bench = bench if stage.output is None else replace(bench, middle=stage.output)
+    bench = bench if stage.output is None else replace(bench, rest_out=stage.output)
     ahead = next((a for a in (go_to_auto(bench), begin_at_rest(bench)) if stage.acts[: len(a)] == a), ())
     parts = [f"{stage.begin:g} to {stage.end:g}; {'swept ' * stage.is_swept}at {stage.pv:g}, {stage.load:g}"]
     for act in stage.acts[len(ahead) :]:
@@ -469,7 +469,7 @@ def test_what_each_stage_does():
     stages = battery()
     assert {name: told(stage, BENCH) for name, stage in stages.items()} == BATTERY
     assert {name for name, stage in stages.items() if stage.with_master} == {"start", "cascade"}
-    assert {name for name, stage in stages.items() if stage.output != BENCH.middle} == {"start", HIGH, "low limit"}
+    assert {name for name, stage in stages.items() if stage.output != BENCH.rest_out} == {"start", HIGH, "low limit"}
     alone = battery(in_cascade=False)["manual"].acts[-2:]
     assert [(act.at, act.output) for act in alone] == [(26, 0.0), (31, 1.0)]
     assert {name: stage.slack for name, stage in stages.items() if stage.slack} == {"cascade": 2}
@@ -668,12 +668,12 @@ def test_set_points_on_the_counts_of_a_root(value, wanted):
 
 
 FEW = Tolerance(
-    share=0.01,
-    closed=CountSizes(2.0, 0.02),
-    alone=CountSizes(1.0, 0.01),
+    response_share=0.01,
+    closed_loop=CountSizes(2.0, 0.02),
+    open_loop=CountSizes(1.0, 0.01),
     setpoint=2.0,
     limit=0.02,
-    shifts=EITHER_SAMPLE,
+    shifts=SAMPLE_SHIFTS,
 )
 PLAIN = Stage(
     "x", "x", (Act(10.0, load=1.0), Act(20.0, load=0.0)), end=29.0, begin=10.0, signals=ALL_SIGNALS, output=0.5
@@ -805,7 +805,7 @@ def test_what_a_difference_says():
     ],
 )
 def test_two_outputs_that_are_held_by_different_limits(one, two, held):
-    found = list(find_differences(PLAIN, side(output=one), side(output=two), BENCH, replace(FEW, share=1.0)))
+    found = list(find_differences(PLAIN, side(output=one), side(output=two), BENCH, replace(FEW, response_share=1.0)))
     assert [(d.signal, set(d.at_limits)) for d in found if d.at_limits] == ([("output", set(held))] if held else [])
     assert not any(d.at_limits for d in find_differences(AS_CONFIGURED, side(output=one), side(output=two), BENCH, FEW))
 
@@ -860,25 +860,28 @@ def test_how_far_two_plcs_may_lie_apart():
     pv = count / 0.39346934 + output * 100
     found = tolerance_between(one, 1, one, 1, BENCH)
     wanted = Tolerance(
-        share=0.01,
-        closed=CountSizes(2 * pv, 2 * (output + pv / 200 * 8 * (1 + 2.5))),
-        alone=CountSizes(2 * fine / 0.39346934, 2 * (fine_output + fine / 200 * 8 * (1 / 0.39346934 + 2.5))),
+        response_share=0.01,
+        closed_loop=CountSizes(2 * pv, 2 * (output + pv / 200 * 8 * (1 + 2.5))),
+        open_loop=CountSizes(2 * fine / 0.39346934, 2 * (fine_output + fine / 200 * 8 * (1 / 0.39346934 + 2.5))),
         setpoint=2 * count,
         limit=2 * output + 2e-3,
         band=4.0,
         switching=8 * 4 / 200,
         kick=8 * 4 / 200 * 5,
-        shifts=EITHER_SAMPLE,
+        shifts=SAMPLE_SHIFTS,
         mean=fine_output + fine / 200 * 8 * (1 + 1 / 0.39346934 + 2.5 / 60),
     )
     for one_part, other in zip(asdict(found).values(), asdict(wanted).values(), strict=True):
         assert one_part == other or one_part == pytest.approx(other, rel=1e-6)
     plain = alone(("filter: 2}", "filter: 0}"), ("e_time: 5", "e_time: 0"), ("deadband: 4", "deadband: 0"))
     found = tolerance_between(plain, 1, alone(("derivative_filter: 1", "derivative_filter: 0")), 1, BENCH)
-    assert (found.closed.pv, found.alone.pv) == (pytest.approx(2 * (count + output * 100)), pytest.approx(2 * fine))
+    assert (found.closed_loop.pv, found.open_loop.pv) == (
+        pytest.approx(2 * (count + output * 100)),
+        pytest.approx(2 * fine),
+    )
     assert (found.mean, found.band, found.switching, found.kick) == (0.0, 4.0, pytest.approx(0.16), 0.0)
     sharp = tolerance_between(one, 1, alone(("derivative_filter: 1", "derivative_filter: 0")), 1, BENCH)
-    assert sharp.closed.output == pytest.approx(2 * (output + pv / 200 * 8 * (1 + 5)), rel=1e-6)
+    assert sharp.closed_loop.output == pytest.approx(2 * (output + pv / 200 * 8 * (1 + 5)), rel=1e-6)
 
 
 def test_a_module_has_twelve_bits_at_least_and_a_root_steps_of_counts():
@@ -972,6 +975,6 @@ def test_set_points_of_a_battery_are_those_that_a_coarse_register_holds():
     one = alone()
     reference = make_reference(one, 1, one.loop(1), 3.0)
     points = {act.setpoint for stage in reference.stages for act in stage.acts if act.setpoint is not None}
-    assert reference.bench.start == 90
+    assert reference.bench.rest_pv == 90
     assert {point for point in points if point % 3} == {200}
-    assert make_reference(one, 1, one.loop(1)).bench.start == 90
+    assert make_reference(one, 1, one.loop(1)).bench.rest_pv == 90

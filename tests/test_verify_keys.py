@@ -229,7 +229,7 @@ def counting():
             SimpleNamespace(period=TICKS * 2, sp_slot=1, out_slot=2),
             SimpleNamespace(period=TICKS, sp_slot=4, out_slot=5),
         ],
-        inlets={"A": "A.InVar"},
+        pv_inputs={"A": "A.InVar"},
         check_set=check_set,
     )
 
@@ -259,9 +259,9 @@ def test_a_stage_is_a_scenario_in_the_words_of_a_side():
     names = names_of(counting(), loops, 1, "Plant * 2", (0,), as_configured=False)
     acts = (
         Act(1.0, mode="auto", setpoint=20.4, output=0.5),
-        Act(2.0, load=40.0, master=0.25),
-        Act(3.0, lost=True),
-        Act(4.0, moved=1.5, mode="off"),
+        Act(2.0, load=40.0, master_output=0.25),
+        Act(3.0, sensor_lost=True),
+        Act(4.0, pv_offset=1.5, mode="off"),
     )
     stage = Stage("x", "x", acts, end=9.0, pv=55.0, load=30.0)
     data = scenario_data(stage, BENCH, names)

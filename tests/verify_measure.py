@@ -284,16 +284,16 @@ class Conversion:
         if sides.target.loops[j] is None:
             return "no neutral form"
         step = max(root_step(sides.source, i), root_step(sides.target, j))
-        reference = make_reference(sides.twin, i, sides.target.loops[j], step)
-        tolerance = tolerance_of(sides.twin, i, sides.target, j, reference.bench)
-        found = next(unsaid_numbers(sides.twin.loops[i], sides.target.loops[j]), None)
+        reference = make_reference(sides.target_model, i, sides.target.loops[j], step)
+        tolerance = tolerance_of(sides.target_model, i, sides.target, j, reference.bench)
+        found = next(unsaid_numbers(sides.target_model.loops[i], sides.target.loops[j]), None)
         found = found or next(unsaid_rules(sides, i, j), None)
         if found is None:
             found = next(Battery(reference, sides.target, j, tolerance).find_differences(), None)
         if found is None and source:
-            mirror = make_reference(sides.mirror, i, sides.target.loops[j], step)
-            tolerance = tolerance_of(sides.mirror, i, sides.reduced, i, mirror.bench)
-            found = next(Battery(mirror, sides.reduced, i, tolerance).find_differences(), None)
+            mirror = make_reference(sides.source_model, i, sides.target.loops[j], step)
+            tolerance = tolerance_of(sides.source_model, i, sides.reduced_source, i, mirror.bench)
+            found = next(Battery(mirror, sides.reduced_source, i, tolerance).find_differences(), None)
         return found
 
 
@@ -447,8 +447,8 @@ def set_points(loop):
 def reason(conversion: Conversion, i: int, j: int, path, result) -> str:
     """Why a spoiled setting that was not found is harmless on its loop; empty: nobody knows."""
     sides = conversion.sides(conversion.result)
-    reference = make_reference(sides.twin, i, sides.target.loops[j])
-    hidden = list(hidden_fields(reference, sides.twin, i))
+    reference = make_reference(sides.target_model, i, sides.target.loops[j])
+    hidden = list(hidden_fields(reference, sides.target_model, i))
     both = [neutral_of(one.config, one.vendor)[1][j].fields for one in (conversion.result, result)]
     entries = [entry for fields in both for entry in fields]
     fields = [to for entry in entries if do_overlap(dotted(path), entry.path) for to in entry.neutral]

@@ -507,14 +507,16 @@ def simulate(
     accepted_run = None if against is None else source_data(against, against_name, files, limits.listing_bytes + 1)
     columns = Columns() if trend is True else None
     sink = columns if isinstance(trend, bool) else trend
-    settings = Settings(engine, every, limits.loop_steps, sink, progress=progress, runs=runs, reference=reference)
+    settings = Settings(engine, every, limits.loop_steps, sink, progress=progress, runs=runs, with_reference=reference)
     doc = document_of(source, name, files, limits)
     if is_configuration(doc):
         from pidcfg.study.draft import simulate_draft
 
-        outcome = simulate_draft(doc, settings, record=record, against=accepted_run, accept=accept)
+        outcome = simulate_draft(doc, settings, record=record, reference_file=accepted_run, accept=accept)
     else:
-        outcome = simulate_document(doc, settings, reader_of(files), record=record, against=accepted_run, accept=accept)
+        outcome = simulate_document(
+            doc, settings, reader_of(files), record=record, reference_file=accepted_run, accept=accept
+        )
     return SimulateResult(outcome, columns)
 
 
@@ -546,20 +548,20 @@ def certify(
     then, and ``state`` continues there; one of another batch is an `ArgumentError`. ``progress``: the share done.
     """
     from pidcfg.output.runs import CertifyResult
-    from pidcfg.study.certification.certify import Plan, certify_document
+    from pidcfg.study.certification.certify import CertifyOptions, certify_document
     from pidcfg.study.certification.cluster import is_address
-    from pidcfg.study.certification.tally import MOST_WORST, StateError
+    from pidcfg.study.certification.tally import MAX_WORST, StateError
     from pidcfg.validate.engine import document_of
 
     check_minimum(1, samples=samples, jobs=jobs)
     check_minimum(0, keep_worst=keep_worst)
-    if keep_worst > MOST_WORST:
-        raise ArgumentError(f"`keep_worst` is {keep_worst}; at most {MOST_WORST} are kept", "keep_worst")
+    if keep_worst > MAX_WORST:
+        raise ArgumentError(f"`keep_worst` is {keep_worst}; at most {MAX_WORST} are kept", "keep_worst")
     doc = document_of(source, name, files, limits)
     if cluster is not None and not is_address(cluster):
         advice = "write the address of a scheduler, as in tcp://127.0.0.1:8786, or local:2 for two workers here"
         raise ArgumentError(f"`cluster` is {cluster!r}; {advice}", "cluster")
-    plan = Plan(samples, seed, jobs, cluster, keep_worst, record, state, keep, progress, remark)
+    plan = CertifyOptions(samples, seed, jobs, cluster, keep_worst, record, state, keep, progress, remark)
     try:
         return CertifyResult(certify_document(doc, plan, reader_of(files)))
     except StateError as error:

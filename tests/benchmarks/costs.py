@@ -46,7 +46,7 @@ def with_table(text: str, measured: dict[str, Cost]) -> str:
     """The module with another table."""
     table = next(node for node in ast.parse(text).body if isinstance(node, ast.Assign))
     lines = text.splitlines(keepends=True)
-    rows = [f'    "{key}": Cost({value.loop_step}, {value.compiling}),\n' for key, value in measured.items()]
+    rows = [f'    "{key}": Cost({value.loop_step}, {value.compile_seconds}),\n' for key, value in measured.items()]
     return "".join([*lines[: table.lineno - 1], "COSTS = {\n", *rows, "}\n", *lines[table.end_lineno :]])
 
 

@@ -9,7 +9,7 @@
 
 #include "records.h"
 
-#define NEAREST 6755399441055744.0
+#define ROUNDING_MAGIC 6755399441055744.0
 #define UNBOUNDED 1e18
 enum { MANUAL = 1, AUTO = 2, CASCADE = 4, ALARMS = 0x3f8, RATE_OF_CHANGE = 512, LOG_COLUMNS = 5 };
 
@@ -81,10 +81,10 @@ static void sample(int64_t i, const Config *configs, State *states, double *sign
     if (s->pending || c->is_special) abort();
     double pv = (signals[c->in_slot] - c->pv_low) * c->pv_span / c->pv_width + c->pv_min;
     if (pv >= c->pv_max) pv = c->pv_max;
-    else if (pv > c->pv_min) pv = pv + NEAREST - NEAREST;
+    else if (pv > c->pv_min) pv = pv + ROUNDING_MAGIC - ROUNDING_MAGIC;
     else pv = c->pv_min;
     double old = s->pv;
-    if (c->filter < 1.0) pv = old + c->filter * (pv - old) + NEAREST - NEAREST;
+    if (c->filter < 1.0) pv = old + c->filter * (pv - old) + ROUNDING_MAGIC - ROUNDING_MAGIC;
     s->pv = pv;
     int64_t status = s->status;
     double sp = status & CASCADE ? states[c->major].out : s->sp;
@@ -102,11 +102,11 @@ static void sample(int64_t i, const Config *configs, State *states, double *sign
         if (m > c->output_high_limit) m = c->output_high_limit;
         if (m < c->output_low_limit) m = c->output_low_limit;
         s->unrounded_output = m;
-        s->out = m + NEAREST - NEAREST;
+        s->out = m + ROUNDING_MAGIC - ROUNDING_MAGIC;
     }
     signals[c->pv_slot] = c->pv_low + (pv - c->pv_min) * c->pv_width / c->pv_span;
     signals[c->out_slot] = c->out_low + (s->out - c->out_min) * c->out_width / c->out_span;
-    signals[c->bias_slot] = c->out_low + (s->bias + NEAREST - NEAREST - c->out_min) * c->out_width / c->out_span;
+    signals[c->bias_slot] = c->out_low + (s->bias + ROUNDING_MAGIC - ROUNDING_MAGIC - c->out_min) * c->out_width / c->out_span;
 }
 
 static void scan(int64_t tick, int64_t loops, const Config *configs, State *states, double *signals) {
@@ -130,35 +130,35 @@ static void turn(Meter *m, double pv, int64_t k) {
         if (m->turns == 0 && m->calm_turns > 0) m->turns = 1;
         if (m->turns == 1) {
             m->first_turn = m->extreme_at;
-            m->swings = 0.0;
-            m->shortest = INT64_C(1) << 62;
-            m->longest = 0;
+            m->swing_sum = 0.0;
+            m->shortest_period = INT64_C(1) << 62;
+            m->longest_period = 0;
         } else if (m->turns > 1) {
-            m->swings += swing;
+            m->swing_sum += swing;
             if (m->turns == 2) m->first_swing = swing;
             else {
-                if (period < m->shortest) m->shortest = period;
-                if (period > m->longest) m->longest = period;
+                if (period < m->shortest_period) m->shortest_period = period;
+                if (period > m->longest_period) m->longest_period = period;
             }
         }
         m->turns++;
     }
     if (m->calm_turns == 1) {
         m->calm_first_turn = m->extreme_at;
-        m->calm_swings = m->widest_swing = 0.0;
-        m->calm_shortest = INT64_C(1) << 62;
-        m->calm_longest = 0;
+        m->calm_swing_sum = m->widest_swing = 0.0;
+        m->calm_shortest_period = INT64_C(1) << 62;
+        m->calm_longest_period = 0;
     } else if (m->calm_turns > 1) {
-        m->calm_swings += swing;
+        m->calm_swing_sum += swing;
         if (swing > m->widest_swing) m->widest_swing = swing;
         if (m->calm_turns == 2) {
             m->calm_first_swing = swing;
-            m->growing_swings = m->most_growing_swings = 0;
+            m->growing_swings = m->max_growing_swings = 0;
         } else {
-            if (period < m->calm_shortest) m->calm_shortest = period;
-            if (period > m->calm_longest) m->calm_longest = period;
+            if (period < m->calm_shortest_period) m->calm_shortest_period = period;
+            if (period > m->calm_longest_period) m->calm_longest_period = period;
             m->growing_swings = swing > 1.1 * before ? m->growing_swings + 1 : 0;
-            if (m->growing_swings > m->most_growing_swings) m->most_growing_swings = m->growing_swings;
+            if (m->growing_swings > m->max_growing_swings) m->max_growing_swings = m->growing_swings;
         }
     }
     m->calm_turns++;
@@ -178,7 +178,7 @@ static void watch_swings(Meter *m, double pv, int64_t k) {
     } else if (m->direction > 0 ? pv > m->extreme : pv < m->extreme) {
         m->extreme = pv;
         m->extreme_at = k;
-    } else if ((m->direction > 0 ? m->extreme - pv : pv - m->extreme) > m->least_swing) turn(m, pv, k);
+    } else if ((m->direction > 0 ? m->extreme - pv : pv - m->extreme) > m->min_swing) turn(m, pv, k);
 }
 
 static void watch_end(Meter *m, double pv, double sp, int64_t k) {

@@ -197,7 +197,7 @@ def ours(
 ) -> Report:
     """The run of `pidcfg simulate`; what C does stands alone, without verdicts and the run without control for them."""
     assert case.scenario is not None
-    settings = Settings(engine, trend=trend, recording=recording, with_verdicts=judged, reference=judged)
+    settings = Settings(engine, trend=trend, recording=recording, with_verdicts=judged, with_reference=judged)
     return simulate(case.scenario, case.new_plc, case.controller, settings)
 
 

@@ -166,7 +166,7 @@ class Twin:
         groups = (world, drawn, loops, meters, log)
         w, d, c, m, g = [to_arrays(kind, value, VENDOR) for kind, value in zip(kinds, groups, strict=True)]
         room = len(g.rows) // LOG_COLUMNS - len(m.loops)
-        sizes = [len(x) for x in (w.plants, c.configs, m.bands, m.gauges, g.shown)]
+        sizes = [len(x) for x in (w.plants, c.configs, m.bands, m.gauges, g.trend_slots)]
         data = (
             w.plants,
             c.configs,
@@ -179,9 +179,9 @@ class Twin:
             g.rows,
             g.counts,
             g.trend,
-            g.shown,
+            g.trend_slots,
         )
-        run = Run(w.step, *sizes, d.columns, d.first, reached, g.every, room, *(x.ctypes.data for x in data))
+        run = Run(w.step, *sizes, d.columns, d.first, reached, g.interval, room, *(x.ctypes.data for x in data))
         started = time.process_time()
         k = self.code.advance(*map(ctypes.c_int64, (k, last, zero)), ctypes.byref(run))
         self.seconds += time.process_time() - started

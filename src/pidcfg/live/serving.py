@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     from pymodbus.datastore import ModbusServerContext
 
     from pidcfg.encoders.listing import Places
-    from pidcfg.sim.controllers.settings import Done, Registers
+    from pidcfg.sim.controllers.settings import Registers, WriteResult
     from pidcfg.sim.judgement.report import Report
     from pidcfg.study.scenario import LoadedScenario
     from pidcfg.text.diagnostics import Diagnostic
@@ -95,7 +95,7 @@ class VirtualPlc:
         self._progress: Iterator[int] = self.run.steps_to_end()
         self._step = self.run.zero
         self._map: dict[RegisterPlace, list[ValuePart]] = {}
-        for number, loop in self.registers.places().items():
+        for number, loop in self.registers.loops_by_register().items():
             with suppress(LookupError):  # no client reads what the map does not have
                 place = numbering.place(number)
                 for half in range(place.width):
@@ -123,7 +123,7 @@ class VirtualPlc:
         end = self._step + steps
         self._contents.clear()
         while self._step < end:
-            self.run.chunk = end - self._step
+            self.run.chunk_steps = end - self._step
             self._step = next(self._progress)
 
     def read(self, table: str, first: int, count: int) -> list[int]:
@@ -173,10 +173,10 @@ class VirtualPlc:
             if signals[slot] != before[slot]:
                 self.run.agenda.begin_step(self.steps, loop, before[slot])
 
-    def _note_write(self, loop: int, effect: Done) -> None:
+    def _note_write(self, loop: int, effect: WriteResult) -> None:
         run = self.run
         if effect.mode is not None:
-            run.journal.requested[loop] = effect.mode
+            run.journal.requested_modes[loop] = effect.mode
         if len(run.agenda.past_events) < MAX_LISTED_WRITES:
             run.agenda.past_events.append(Note(ten_digits(self.steps * self.dt), run.plc.loops[loop], effect.text))
         else:

@@ -17,7 +17,7 @@ from pidcfg.output.findings import CheckSettings, check_loaded, errors_in, findi
 from pidcfg.schemas.base import DURATION, SECONDS, UNIT_WORDS, units_of
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.schemas.scenario import Scenario
-from pidcfg.sim.controllers.plc import IN_CONTROL, TICKS
+from pidcfg.sim.controllers.plc import CONTROL_MODES, TICKS
 from pidcfg.sim.engine.run import Run, Settings, UnusableError, base_step, begin_run, plc_options
 from pidcfg.sim.judgement.meters import Band, overshoot, settling_time
 from pidcfg.text.diagnostics import Severity
@@ -467,7 +467,7 @@ def _run_trial(trial: Trial, controller: Any, image: object) -> Forecast:
     return trial.measure(run)
 
 
-RUN_SETTINGS = Settings(with_verdicts=False, reference=False)
+RUN_SETTINGS = Settings(with_verdicts=False, with_reference=False)
 
 
 class Trial:
@@ -517,7 +517,7 @@ class Trial:
         length, load = self.part_length(), self._rest_load()
         plants = self._plants(load)
         start: list[Data] = [{"at": 0, "loop": self.loop, "set": {"setpoint": self.first_setpoint}}]
-        if self.plc.goals[self.index] != "auto":
+        if self.plc.initial_modes[self.index] != "auto":
             start.insert(0, {"at": 0, "loop": self.loop, "mode": "auto"})
         return {
             "pidcfg": 1,
@@ -526,7 +526,7 @@ class Trial:
             "duration": 3 * length,
             "initial": {self.loop: self.resting_output},
             "plants": plants,
-            "connect": {self.plc.inlets.get(self.loop, f"{self.loop}.PV"): plants[-1]["name"]},
+            "connect": {self.plc.pv_inputs.get(self.loop, f"{self.loop}.PV"): plants[-1]["name"]},
             "events": [
                 *start,
                 {"at": length, "loop": self.loop, "set": {"setpoint": self.first_setpoint + self.step}},
@@ -566,12 +566,12 @@ class Trial:
         """Runs, and reads the meter of the loop when its set point steps, when the load does, and at the end."""
         meter, signals = run.machine.meters[self.index], run.net.signal_values
         first, second = (int(n * self.part_length() * TICKS) // run.step for n in (1, 2))
-        run.chunk = max(1, (second - first) // CHUNKS_PER_STEP)
+        run.chunk_steps = max(1, (second - first) // CHUNKS_PER_STEP)
         errors, overshoot_percent, output_before, settles, late_iae = [0.0], None, 0.0, True, [(0, 0.0), (0, 0.0)]
         rise = fall = 0.0
         for k in run.steps_to_end():
             if k == first:
-                if self.plc.mode(meter.status) not in IN_CONTROL:
+                if self.plc.mode(meter.status) not in CONTROL_MODES:
                     return Forecast(f"the loop is in {self.plc.mode(meter.status)} when its set point steps")
                 meter.out_low = meter.out_high = output_before = signals[meter.out]
                 errors = [meter.iae]

@@ -12,7 +12,7 @@ from pidcfg.encoders.regmap import LoopTuning
 from pidcfg.output.arguments import ArgumentError
 from pidcfg.output.conversion import convert_checked
 from pidcfg.output.process import model_of, process_of, refuse_missing, refuse_other_sample_time
-from pidcfg.study.certification.certify import Plan, certify_document
+from pidcfg.study.certification.certify import CertifyOptions, certify_document
 from pidcfg.text.frozen import frozen
 from pidcfg.text.reader import reader_of
 from pidcfg.text.source import read_document
@@ -114,7 +114,7 @@ def confirm_gains(
     scenario, iae_limit = _scenario_text(tuning, process, pv, output)
     files = {FILE_NAMES[0]: config, FILE_NAMES[1]: scenario.encode()}
     doc = read_document(files[FILE_NAMES[1]], FILE_NAMES[1], limits)
-    certification = certify_document(doc, Plan(samples, SEED, keep_worst=0), reader_of(files)).certification
+    certification = certify_document(doc, CertifyOptions(samples, SEED, keep_worst=0), reader_of(files)).certification
     if certification is None:
         return None
     (expectation,) = certification.expectations

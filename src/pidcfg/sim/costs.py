@@ -11,7 +11,7 @@ class Cost(NamedTuple):
 
     loop_step: int
     """µs that CPython takes for one."""
-    compiling: int
+    compile_seconds: int
     """s that numba takes, beyond what loading them takes."""
 
 

@@ -14,7 +14,7 @@ from pidcfg.schemas.scenario import (
     ModeBegin,
     run_of_data,
 )
-from pidcfg.sim.judgement.report import ACCEPTED_KIND, Standing
+from pidcfg.sim.judgement.report import ACCEPTED_KIND, StandingVerdict
 from pidcfg.sim.judgement.standing import loop_verdict
 from pidcfg.text.diagnostics import START, Diagnostic, Severity
 from pidcfg.text.reader import may_be_quoted, read_failure, read_named_file
@@ -151,11 +151,11 @@ def _six_digits(value: float) -> float:
 
 
 class Tolerance(NamedTuple):
-    """The larger of a share of the accepted value, and of so many of a loop's ``per`` (D924)."""
+    """The larger of a share of the accepted value, and of so many of a loop's ``scale`` (D924)."""
 
     share: float
-    least: float
-    per: str
+    minimum: float
+    scale: str
     unit: str
     """How it is told; ``PV`` and ``OUT`` stand for the loop's units."""
 
@@ -180,7 +180,7 @@ SIGNAL_TOLERANCES: Mapping[Role, tuple[str, Tolerance]] = {
     "setpoint": ("set point", PV_TOLERANCE),
     "output": ("output", OUTPUT_TOLERANCE),
 }
-OTHER_SHARE = 0.02
+OTHER_SIGNAL_SHARE = 0.02
 """Of the largest value of a signal that is no loop's."""
 
 
@@ -195,39 +195,39 @@ EXACT_WEIGHT = float("inf")
 """The weight of what is the same or not."""
 
 
-def differences_by_loop(was: AcceptedRun, now: AcceptedRun) -> dict[str, list[str]]:
+def differences_by_loop(old: AcceptedRun, now: AcceptedRun) -> dict[str, list[str]]:
     """Where a run differs from the accepted one, in words, by loop, what weighs most first; empty: other signals."""
-    rows_by_loop = {"": list(_compare_other_signals(was.signals, now.signals))}
-    for name, loop in was.loops.items():
-        rows_by_loop[name] = list(_LoopComparison(loop, now.loops[name], was.duration).find_differences())
+    rows_by_loop = {"": list(_compare_other_signals(old.signals, now.signals))}
+    for name, loop in old.loops.items():
+        rows_by_loop[name] = list(_LoopComparison(loop, now.loops[name], old.duration).find_differences())
     ordered = {name: sorted(rows, key=lambda row: -row.weight) for name, rows in rows_by_loop.items()}
     return {name: [row.text for row in rows] for name, rows in ordered.items() if rows}
 
 
-def _compare_other_signals(was: Mapping[str, Extent], now: Mapping[str, Extent]) -> Iterator[Difference]:
-    for name, before in was.items():
-        least = OTHER_SHARE * max(abs(before.min), abs(before.max))
+def _compare_other_signals(old: Mapping[str, Extent], now: Mapping[str, Extent]) -> Iterator[Difference]:
+    for name, before in old.items():
+        limit = OTHER_SIGNAL_SHARE * max(abs(before.min), abs(before.max))
         if name in now:
-            yield from _compare_extents(name, before, now[name], least, "")
+            yield from _compare_extents(name, before, now[name], limit, "")
         else:
             yield Difference(EXACT_WEIGHT, f"there is no signal {name}")
 
 
-def _compare_extents(name: str, was: Extent, now: Extent, least: float, unit: str) -> Iterator[Difference]:
-    yield from _compare_values(f"{name} at the end", was.final, now.final, least, unit)
-    yield from _compare_values(f"lowest {name}", was.min, now.min, least, unit)
-    yield from _compare_values(f"highest {name}", was.max, now.max, least, unit)
+def _compare_extents(name: str, old: Extent, now: Extent, limit: float, unit: str) -> Iterator[Difference]:
+    yield from _compare_values(f"{name} at the end", old.final, now.final, limit, unit)
+    yield from _compare_values(f"lowest {name}", old.min, now.min, limit, unit)
+    yield from _compare_values(f"highest {name}", old.max, now.max, limit, unit)
 
 
-def _compare_values(name: str, was: float | None, now: float | None, least: float, unit: str) -> Iterator[Difference]:
-    if was is None and now is None:
+def _compare_values(name: str, old: float | None, now: float | None, limit: float, unit: str) -> Iterator[Difference]:
+    if old is None and now is None:
         return
-    if was is None or now is None:
-        yield Difference(EXACT_WEIGHT, f"{name} {_value_text(now, unit)} instead of {_value_text(was, unit)}")
-    elif abs(now - was) > least:
-        weight = abs(now - was) / least if least else EXACT_WEIGHT
+    if old is None or now is None:
+        yield Difference(EXACT_WEIGHT, f"{name} {_value_text(now, unit)} instead of {_value_text(old, unit)}")
+    elif abs(now - old) > limit:
+        weight = abs(now - old) / limit if limit else EXACT_WEIGHT
         yield Difference(
-            weight, f"{name} {_value_text(now, unit)} instead of {_value_text(was, unit)} ± {_value_text(least, unit)}"
+            weight, f"{name} {_value_text(now, unit)} instead of {_value_text(old, unit)} ± {_value_text(limit, unit)}"
         )
 
 
@@ -238,44 +238,44 @@ def _value_text(value: float | None, unit: str) -> str:
 class _LoopComparison(NamedTuple):
     """A loop of two runs over the same time in s."""
 
-    was: AcceptedLoop
+    old: AcceptedLoop
     now: AcceptedLoop
     duration: float
 
     def find_differences(self) -> Iterator[Difference]:
         """What differs."""
-        was, now = self.was, self.now
-        low, high = was.pv_range
-        if max(abs(a - b) for a, b in zip(was.pv_range, now.pv_range, strict=True)) > RANGE_SHARE * abs(high - low):
+        old, now = self.old, self.now
+        low, high = old.pv_range
+        if max(abs(a - b) for a, b in zip(old.pv_range, now.pv_range, strict=True)) > RANGE_SHARE * abs(high - low):
             unit = f" {now.pv_unit}".rstrip()
             ends = f"{now.pv_range[0]:g} to {now.pv_range[1]:g}{unit} instead of {low:g} to {high:g}"
             yield Difference(EXACT_WEIGHT, f"its PV's range is {ends}")
         yield from self._compare_modes()
         yield from self._compare_alarms()
-        for name, before in was.metrics.items():
+        for name, before in old.metrics.items():
             yield from self._compare_metric(name, before, now.metrics.get(name))
-        for role, extent in was.signals.items():
+        for role, extent in old.signals.items():
             what, tolerance = SIGNAL_TOLERANCES[role]
             if role in now.signals:
-                least, unit = self._allowed_difference(tolerance, 0.0), self._unit_of(tolerance)
-                yield from _compare_extents(what, extent, now.signals[role], least, unit)
+                allowed, unit = self._allowed_difference(tolerance, 0.0), self._unit_of(tolerance)
+                yield from _compare_extents(what, extent, now.signals[role], allowed, unit)
 
-    def _compare_metric(self, name: Metric, was: float | None, now: float | None) -> Iterator[Difference]:
+    def _compare_metric(self, name: Metric, old: float | None, now: float | None) -> Iterator[Difference]:
         tolerance = TOLERANCES[name]
         if name == "oscillation_amplitude":
-            was, now = was or 0.0, now or 0.0
-        if name == "oscillation_period" and (was is None or now is None):
+            old, now = old or 0.0, now or 0.0
+        if name == "oscillation_period" and (old is None or now is None):
             return  # the amplitude tells it
         yield from _compare_values(
-            name, was, now, self._allowed_difference(tolerance, was or 0.0), self._unit_of(tolerance)
+            name, old, now, self._allowed_difference(tolerance, old or 0.0), self._unit_of(tolerance)
         )
 
     def _allowed_difference(self, tolerance: Tolerance, value: float) -> float:
         """By how much a value may differ."""
-        ends = self.was.output_range or (0.0, 100.0)
-        span, time = abs(self.was.pv_range[1] - self.was.pv_range[0]), self.duration
-        per = {
-            "sample": self.was.sample_time,
+        ends = self.old.output_range or (0.0, 100.0)
+        span, time = abs(self.old.pv_range[1] - self.old.pv_range[0]), self.duration
+        scales = {
+            "sample": self.old.sample_time,
             "span": span,
             "range": abs(ends[1] - ends[0]),
             "point": 1.0,
@@ -283,35 +283,35 @@ class _LoopComparison(NamedTuple):
             "square of it": span**2 * time,
             "growing with time": span * time**2 / 2,
         }
-        return max(tolerance.share * value, tolerance.least * per[tolerance.per])
+        return max(tolerance.share * value, tolerance.minimum * scales[tolerance.scale])
 
     def _unit_of(self, tolerance: Tolerance) -> str:
         """The unit of a value; none where its loop has none."""
         word, _, rest = tolerance.unit.partition(" ")
-        base = {"PV": self.was.pv_unit, "PV²": self.was.pv_unit, "OUT": self.was.output_unit}.get(word, word)
+        base = {"PV": self.old.pv_unit, "PV²": self.old.pv_unit, "OUT": self.old.output_unit}.get(word, word)
         squared = "²" if base and word.endswith("²") else ""
         return f"{base}{squared} {rest}".strip() if base else ""
 
     def _compare_modes(self) -> Iterator[Difference]:
-        was, now = self.was.modes, self.now.modes
-        if [begin.mode for begin in was] != [begin.mode for begin in now]:
-            yield Difference(EXACT_WEIGHT, f"mode {_modes_text(now)} instead of {_modes_text(was)}")
+        old, now = self.old.modes, self.now.modes
+        if [begin.mode for begin in old] != [begin.mode for begin in now]:
+            yield Difference(EXACT_WEIGHT, f"mode {_modes_text(now)} instead of {_modes_text(old)}")
             return
-        for before, after in zip(was, now, strict=True):
-            least = self._allowed_difference(TIME_TOLERANCE, before.at)
-            yield from _compare_values(f"mode {before.mode} begins at", before.at, after.at, least, "s")
+        for before, after in zip(old, now, strict=True):
+            allowed = self._allowed_difference(TIME_TOLERANCE, before.at)
+            yield from _compare_values(f"mode {before.mode} begins at", before.at, after.at, allowed, "s")
 
     def _compare_alarms(self) -> Iterator[Difference]:
-        was, now = self.was.alarms, self.now.alarms
-        for name in [*was, *(name for name in now if name not in was)]:
+        old, now = self.old.alarms, self.now.alarms
+        for name in [*old, *(name for name in now if name not in old)]:
             if name not in now:
-                yield Difference(EXACT_WEIGHT, f"{name} does not come, and came at {was[name].first:g} s")
-            elif name not in was:
+                yield Difference(EXACT_WEIGHT, f"{name} does not come, and came at {old[name].first:g} s")
+            elif name not in old:
                 yield Difference(EXACT_WEIGHT, f"{name} comes at {now[name].first:g} s, and did not come")
             else:
                 for name_of_time, before, after in (
-                    (f"{name} comes at", was[name].first, now[name].first),
-                    (f"{name} is on for", was[name].total, now[name].total),
+                    (f"{name} comes at", old[name].first, now[name].first),
+                    (f"{name} is on for", old[name].total, now[name].total),
                 ):
                     yield from _compare_values(
                         name_of_time, before, after, self._allowed_difference(TIME_TOLERANCE, before), "s"
@@ -340,18 +340,20 @@ def reference_of(
     scenario: Scenario,
     loops: Sequence[str],
     reader: Reader,
-    against: tuple[bytes, str] | None = None,
+    reference_file: tuple[bytes, str] | None = None,
 ) -> Reference:
     """The accepted run of a scenario that names one, or the one in its place.
 
-    ``loops``: of the configuration; ``against``: the content and the name of the file in its place.
+    ``loops``: of the configuration; ``reference_file``: the content and the name of the file in its place.
     """
-    most = doc.limits.listing_bytes
-    path: Path = ("reference",) if against is None else ()
-    name = reader.resolve(doc.file, scenario.reference or "") if against is None else against[1]
+    max_bytes = doc.limits.listing_bytes
+    path: Path = ("reference",) if reference_file is None else ()
+    name = reader.resolve(doc.file, scenario.reference or "") if reference_file is None else reference_file[1]
     try:
-        data = read_named_file(reader, name, most + 1) if against is None else against[0]
-        run = run_of_data(data, most, may_quote=against is not None or may_be_quoted(reader, doc.file, name))
+        data = read_named_file(reader, name, max_bytes + 1) if reference_file is None else reference_file[0]
+        run = run_of_data(
+            data, max_bytes, may_quote=reference_file is not None or may_be_quoted(reader, doc.file, name)
+        )
         _refuse_other_scenario(run, scenario, loops)
     except AcceptedError as error:
         message = f"{name} {error}"
@@ -366,9 +368,9 @@ def reference_of(
 
 def _refuse_other_scenario(run: AcceptedRun, scenario: Scenario, loops: Sequence[str]) -> None:
     """Raises `AcceptedError` for the run of another scenario."""
-    judged = _judged_loops(scenario, loops)
-    missing = [name for name in judged if name not in run.loops]
-    unknown = [name for name in run.loops if name not in judged]
+    judged_loops = _judged_loops(scenario, loops)
+    missing = [name for name in judged_loops if name not in run.loops]
+    unknown = [name for name in run.loops if name not in judged_loops]
     if run.accepted != scenario.scenario:
         raise AcceptedError(f"is of another scenario: {run.accepted!r}, not {scenario.scenario!r}")
     if missing or unknown:
@@ -378,42 +380,42 @@ def _refuse_other_scenario(run: AcceptedRun, scenario: Scenario, loops: Sequence
         raise AcceptedError(f"is of another duration: {run.duration:g} s, not {scenario.duration:f} s")
 
 
-def compare_with_accepted(report: Report, was: AcceptedRun, now: AcceptedRun, name: str) -> None:
+def compare_with_accepted(report: Report, old: AcceptedRun, now: AcceptedRun, name: str) -> None:
     """Adds to a report what differs from the accepted run of a file, and takes what agrees for proven (D925)."""
-    rows_by_loop = differences_by_loop(was, now)
+    rows_by_loop = differences_by_loop(old, now)
     standing = [v for v in report.standing if not v.loop]
     standing += [_make_standing("", rows_by_loop[""], name)] if "" in rows_by_loop else []
     for loop, loop_report in report.loops.items():
         verdicts = [v for v in report.standing if v.loop == loop]
-        if loop in was.loops:
+        if loop in old.loops:
             agrees = loop not in rows_by_loop and "" not in rows_by_loop
-            verdicts = [_as_accepted(v, name) if agrees and v.verdict == "not-proven" else v for v in verdicts]
+            verdicts = [_accept_verdict(v, name) if agrees and v.verdict == "not-proven" else v for v in verdicts]
             verdicts.append(_make_standing(loop, rows_by_loop.get(loop, []), name))
         loop_report.verdict, loop_report.missing = loop_verdict(verdicts)
         standing += verdicts
     report.standing = standing
 
 
-def _as_accepted(verdict: Standing, name: str) -> Standing:
+def _accept_verdict(verdict: StandingVerdict, name: str) -> StandingVerdict:
     text = f"as accepted in {name}: {verdict.text}"
     return replace(verdict, verdict="proven", text=text, allowed=None, accepted=True)
 
 
-def _make_standing(loop: str, texts: Sequence[str], name: str) -> Standing:
+def _make_standing(loop: str, texts: Sequence[str], name: str) -> StandingVerdict:
     """What a comparison says of a loop."""
     if not texts:
-        return Standing(ACCEPTED_KIND, loop, "proven", f"as accepted in {name}")
+        return StandingVerdict(ACCEPTED_KIND, loop, "proven", f"as accepted in {name}")
     more = f"; and {len(texts) - MAX_TEXTS} more" if len(texts) > MAX_TEXTS else ""
-    return Standing(ACCEPTED_KIND, loop, "failed", f"{'; '.join(texts[:MAX_TEXTS])}{more} ({name})")
+    return StandingVerdict(ACCEPTED_KIND, loop, "failed", f"{'; '.join(texts[:MAX_TEXTS])}{more} ({name})")
 
 
-def differences_text(was: AcceptedRun, now: AcceptedRun) -> str:
+def differences_text(old: AcceptedRun, now: AcceptedRun) -> str:
     """Where two runs differ, in one line; empty: nowhere beyond the tolerances."""
-    if was.accepted != now.accepted:
-        return f"the scenario is {now.accepted!r} instead of {was.accepted!r}"
-    if set(was.loops) != set(now.loops):
-        return f"loops {', '.join(now.loops)} instead of {', '.join(was.loops)}"
+    if old.accepted != now.accepted:
+        return f"the scenario is {now.accepted!r} instead of {old.accepted!r}"
+    if set(old.loops) != set(now.loops):
+        return f"loops {', '.join(now.loops)} instead of {', '.join(old.loops)}"
     rows = [
-        f"{loop}: {text}" if loop else text for loop, texts in differences_by_loop(was, now).items() for text in texts
+        f"{loop}: {text}" if loop else text for loop, texts in differences_by_loop(old, now).items() for text in texts
     ]
     return "; ".join(rows[:MAX_TEXTS]) + (f"; and {len(rows) - MAX_TEXTS} more" if len(rows) > MAX_TEXTS else "")

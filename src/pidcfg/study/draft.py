@@ -11,7 +11,7 @@ from typing import Any
 
 from pidcfg.schemas.scenario import Scenario
 from pidcfg.sim.engine.run import Settings
-from pidcfg.sim.judgement.report import Report, Standing, Verdict
+from pidcfg.sim.judgement.report import Report, StandingVerdict, Verdict
 from pidcfg.study.draft_plan import (
     DraftParts,
     Line,
@@ -38,22 +38,22 @@ from pidcfg.validate.shared_checks import ACTION, action_of, purpose_of
 
 END_TOLERANCE = 0.02
 """Of the range of the PV: how near to its set point a loop shall end."""
-OVERSHOOT = 30
+MAX_OVERSHOOT = 30
 """In %: what a step may overshoot on a plant that suits the loop."""
 
 
 def expected_behaviour(units: PlanUnits, draft: DraftParts) -> list[Line]:
     """What such a run should show."""
     lines: list[Line] = []
-    stepped = {line.data["loop"]: line.data["set"]["setpoint"] for line in draft.events if _is_setpoint(line)}
+    new_setpoints = {line.data["loop"]: line.data["set"]["setpoint"] for line in draft.events if _is_setpoint(line)}
     for plan in units.plans.values():
-        if plan.name in stepped and plan.integrates:
+        if plan.name in new_setpoints and plan.integrates:
             band = END_TOLERANCE * units.pv_span(plan) + 1.5 * units.plc.dead_band(plan.i, units.plc.signal_values)
             signal = units.plant_name(plan) if units.plant_name(plan) != plan.name else f"{plan.name}.PV"
-            row = {"signal": signal, "final": stepped[plan.name], "tolerance": round_to_digits(band, 2)}
+            row = {"signal": signal, "final": new_setpoints[plan.name], "tolerance": round_to_digits(band, 2)}
             lines.append(Line(row))
             if any(line.data.get("loop") == plan.name and line.data["at"] for line in draft.events):
-                lines.append(Line({"loop": plan.name, "metric": "overshoot", "max": f"{OVERSHOOT} %"}))
+                lines.append(Line({"loop": plan.name, "metric": "overshoot", "max": f"{MAX_OVERSHOOT} %"}))
         alarms = [a for a in units.plc.outer_alarms if a.startswith("pv_") and units.plc.alarm_is_on(plan.i, a)]
         lines += [Line({"loop": plan.name, "alarm": alarm, "never": True}) for alarm in alarms]
     lines += [Line({"loop": line.data["loop"], "mode": "auto"}) for line in draft.events if "mode" in line.data]
@@ -67,12 +67,12 @@ def _is_setpoint(line: Line) -> bool:
 # ----------------------------------------------------------------------------------------------------------------------
 # A drafted scenario as a file: what belongs on one line stands on one line, and comments stand below each other.
 
-PLAIN = re.compile(r"[A-Za-z_][\w./-]*( [\w./*+-][\w./*+()-]*)*( %)?")
+PLAIN_SCALAR = re.compile(r"[A-Za-z_][\w./-]*( [\w./*+-][\w./*+()-]*)*( %)?")
 """Texts that need no quotes, in braces either."""
-SHARE = re.compile(r"\d+ %")
-FILE = re.compile(r"[\w./][\w./-]*")
-RESERVED = frozenset(("true", "false", "null", "yes", "no", "on", "off", "y", "n", "none"))
-WIDEST = 100
+PERCENT_PATTERN = re.compile(r"\d+ %")
+FILE_PATTERN = re.compile(r"[\w./][\w./-]*")
+RESERVED_WORDS = frozenset(("true", "false", "null", "yes", "no", "on", "off", "y", "n", "none"))
+MAX_COMMENTED_LINE = 100
 """Where a comment still stands behind its line, rather than above it."""
 HEAD = """\
 # A first scenario for {config}, drafted from its ranges and gains.
@@ -120,7 +120,7 @@ def scenario_text(draft: DraftParts, title: str, config: str, action_key: str) -
 
 def _title_text(text: str) -> str:
     """On a line of its own commas need no quotes."""
-    return text if all(PLAIN.fullmatch(part) for part in text.split(", ")) else scalar_text(text)
+    return text if all(PLAIN_SCALAR.fullmatch(part) for part in text.split(", ")) else scalar_text(text)
 
 
 def _duration_line(seconds: float) -> str:
@@ -141,10 +141,10 @@ def _plant_lines(draft: DraftParts) -> list[str]:
 
 def _align_comments(rows: Sequence[tuple[str, str]]) -> list[str]:
     """Lines with their comments in one column; above the line where it is long."""
-    column = max((len(row) for row, comment in rows if comment and len(row) <= WIDEST), default=0) + 3
+    column = max((len(row) for row, comment in rows if comment and len(row) <= MAX_COMMENTED_LINE), default=0) + 3
     out = []
     for row, comment in rows:
-        if comment and len(row) > WIDEST:
+        if comment and len(row) > MAX_COMMENTED_LINE:
             out.append(f"  # {comment}")
             out.append(row)
         else:
@@ -166,8 +166,8 @@ def scalar_text(value: Any) -> str:
     if isinstance(value, dict):
         return flow_text(value)
     text = str(value)
-    file = text.endswith((".yaml", ".yml")) and FILE.fullmatch(text)
-    if file or SHARE.fullmatch(text) or (PLAIN.fullmatch(text) and text.lower() not in RESERVED):
+    file = text.endswith((".yaml", ".yml")) and FILE_PATTERN.fullmatch(text)
+    if file or PERCENT_PATTERN.fullmatch(text) or (PLAIN_SCALAR.fullmatch(text) and text.lower() not in RESERVED_WORDS):
         return text
     return json.dumps(text, ensure_ascii=False)
 
@@ -183,7 +183,7 @@ ATTEMPTS = ((1.0, True), (1.0, False), (0.4, True), (0.4, False), (0.0, True))
 """Share of the planned steps and disturbances, and whether the run begins settled; the first that passes is taken."""
 LENGTHS = (1, 3)
 """Times as long as planned: a longer run is tried where all that fails is not proven."""
-MOST_NAMES = 3
+MAX_NAMES = 3
 """Loops that a title names."""
 PROFILE_REMARK = "the profile of {name} does not run; an event {{at: …, loop: {name}, ramp_soak: start}} starts it"
 CONTRADICTION_REMARK = "fails: the {place} says {word!r} ({purpose}), and {here} is for the opposite"
@@ -200,7 +200,7 @@ class Draft:
     """A scenario as text, and what to know about it."""
 
     text: str
-    left_out: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
     """Loops that have no plant, or whose verdict is allowed to fail, each with the reason."""
 
 
@@ -208,18 +208,18 @@ def _count_remarks(units: PlanUnits, loops: Sequence[Any]) -> list[str]:
     """Remarks on outputs in counts: those of a PLC that scales them, without a range."""
     if not units.plc.outputs:
         return []
-    plans = (p for p in units.plans.values() if not p.switches and value_at(loops[p.i], ("output", "range")) is None)
+    plans = (p for p in units.plans.values() if not p.is_on_off and value_at(loops[p.i], ("output", "range")) is None)
     return [
         COUNTS_REMARK.format(name=p.name, low=f"{units.output_scale(p)[0]:g}", high=f"{units.output_scale(p)[1]:g}")
         for p in plans
     ]
 
 
-def draft_scenario(checked: Checked, config: str, title: str = "", most: int | None = None) -> Draft:
+def draft_scenario(checked: Checked, config: str, title: str = "", max_loop_steps: int | None = None) -> Draft:
     """The scenario of a checked configuration, which it names ``config``; raises `NoDraftError` where there is none.
 
     It is run before: loops that no plan suits are named in the text and allowed to fail, with the verdict as reason.
-    ``most``: loop-steps that a run may have.
+    ``max_loop_steps``: loop-steps that a run may have.
     """
     vendor, encoding = checked.vendor, checked.encoding
     if vendor is None or encoding is None or not encoding.is_complete or checked.failed:
@@ -228,15 +228,15 @@ def draft_scenario(checked: Checked, config: str, title: str = "", most: int | N
         raise NoDraftError(f"no scenario can name {config!r}: rename the file, without control characters")
     plc = vendor.module("controller").load(encoding.image)
     connections = find_connections(checked.config, plc)
-    signs = _find_signs(checked, plc.rises)
-    plans = make_plans(plc, loops_of(checked.config, vendor), connections, [sign.rises for sign in signs])
+    signs = _find_signs(checked, plc.output_raises_pv)
+    plans = make_plans(plc, loops_of(checked.config, vendor), connections, [sign.output_raises_pv for sign in signs])
     if not plans:
         raise NoDraftError(f"{checked.document.file} has no loop that is calculated")
     units = PlanUnits(plc, {plan.i: plan for plan in plans}, connections)
-    names = ", ".join(plan.name for plan in plans) if len(plans) <= MOST_NAMES else f"{len(plans)} loops"
+    names = ", ".join(plan.name for plan in plans) if len(plans) <= MAX_NAMES else f"{len(plans)} loops"
     title = title or f"Steps and disturbances of {names}"
     wrong_loops = {plan.name for plan in plans if signs[plan.i].contradiction}
-    assumed = tuple(plan.name for plan in plans if signs[plan.i].assumed)
+    assumed_loops = tuple(plan.name for plan in plans if signs[plan.i].is_assumed)
     trials: list[_DraftRun] = []
     reason = ""
     for (size, steady), length in product(ATTEMPTS, LENGTHS):
@@ -245,8 +245,8 @@ def draft_scenario(checked: Checked, config: str, title: str = "", most: int | N
         if not size and any(trial.is_short for trial in trials):
             break  # without a step or a disturbance nothing would be proven at all
         draft = make_draft(units, size, steady=steady, length=length)
-        draft.expect, draft.assumed_signs = expected_behaviour(units, draft), assumed
-        outcome = _run_draft(checked, draft, title, config, most)
+        draft.expect, draft.assumed_signs = expected_behaviour(units, draft), assumed_loops
+        outcome = _run_draft(checked, draft, title, config, max_loop_steps)
         if outcome.report is None:
             reason = reason or _reason_text(outcome)
             continue
@@ -260,7 +260,7 @@ def draft_scenario(checked: Checked, config: str, title: str = "", most: int | N
     loops = checked.config.loops
     draft.remarks += _count_remarks(units, loops)
     draft.remarks += [PROFILE_REMARK.format(name=plan.name) for plan in plans if has_profile(loops[plan.i])]
-    key = next((sign.key for sign in signs if sign.assumed), "")
+    key = next((sign.key for sign in signs if sign.is_assumed), "")
     return Draft(scenario_text(draft, title, config, key), tuple(draft.remarks))
 
 
@@ -281,8 +281,8 @@ def _finish_draft(run: _DraftRun, wrong_loops: Collection[str]) -> DraftParts:
 class _PlantSign:
     """Whether the PV of a loop's plant rises with the output, and how that is known."""
 
-    rises: bool
-    assumed: bool
+    output_raises_pv: bool
+    is_assumed: bool
     """By the loop's own action alone."""
     key: str = ACTION
     """What says the action."""
@@ -290,19 +290,19 @@ class _PlantSign:
     """Why the loop fails: its action is the other one than its words want."""
 
 
-def _find_signs(checked: Checked, rises: Sequence[bool]) -> list[_PlantSign]:
+def _find_signs(checked: Checked, output_raises_pv: Sequence[bool]) -> list[_PlantSign]:
     """By the words of each loop; where they tell nothing, by its action."""
     signs = []
-    for loop, by_action in zip(checked.config.loops, rises, strict=True):
+    for loop, by_action in zip(checked.config.loops, output_raises_pv, strict=True):
         purpose, action = purpose_of(loop), None if checked.vendor is None else action_of(checked.vendor, loop)
         key = ACTION if action is None else action.key
         if purpose is None:
-            signs.append(_PlantSign(by_action, assumed=True, key=key))
+            signs.append(_PlantSign(by_action, is_assumed=True, key=key))
             continue
         action_key = key if action is None else action.own_text
         text = CONTRADICTION_REMARK.format(here=action_key, place=purpose.key, word=purpose.word, purpose=purpose.text)
         is_right = purpose.heats is by_action
-        signs.append(_PlantSign(purpose.heats, assumed=False, key=key, contradiction="" if is_right else text))
+        signs.append(_PlantSign(purpose.heats, is_assumed=False, key=key, contradiction="" if is_right else text))
     return signs
 
 
@@ -316,7 +316,7 @@ class _DraftRun:
     """A course that has run."""
 
     draft: DraftParts
-    failing: list[Standing]
+    failing: list[StandingVerdict]
     verdicts: list[tuple[Line, Verdict]]
 
     @property
@@ -336,7 +336,7 @@ def _reason_text(outcome: Outcome) -> str:
     return next((f" ({d.message})" for d in outcome.findings if d.severity is Severity.ERROR), "")
 
 
-def _allowance_line(verdict: Standing) -> Line:
+def _allowance_line(verdict: StandingVerdict) -> Line:
     row = {"kind": verdict.kind, "loop": verdict.loop, "reason": f"on the drafted plant: {verdict.text}"}
     return Line(row)
 
@@ -345,13 +345,13 @@ def _value_text(value: object) -> str:
     return f"{value:.4g}" if isinstance(value, float) else str(value)
 
 
-def _run_draft(checked: Checked, draft: DraftParts, title: str, config: str, most: int | None) -> Outcome:
+def _run_draft(checked: Checked, draft: DraftParts, title: str, config: str, max_loop_steps: int | None) -> Outcome:
     """The course as a scenario, run."""
     data: dict[str, Any] = draft.scenario_data(title, config)
     loaded = LoadedScenario(checked.document, scenario=Scenario.model_validate(data), config=config)
     encoding = checked.encoding
     loaded.vendor, loaded.image = checked.vendor, None if encoding is None else encoding.image
-    return simulate_loaded(loaded, Settings("auto", max_loop_steps=most))
+    return simulate_loaded(loaded, Settings("auto", max_loop_steps=max_loop_steps))
 
 
 def simulate_draft(
@@ -359,14 +359,14 @@ def simulate_draft(
     settings: Settings,
     *,
     record: bool = False,
-    against: tuple[bytes, str] | None = None,
+    reference_file: tuple[bytes, str] | None = None,
     accept: str | None = None,
 ) -> Outcome:
     """Runs a configuration with its drafted scenario; one with errors has its findings and no report."""
     checked = check_document(doc)
     documents = {doc.file: doc}
     try:
-        text = draft_scenario(checked, doc.file, most=settings.max_loop_steps).text
+        text = draft_scenario(checked, doc.file, max_loop_steps=settings.max_loop_steps).text
     except NoDraftError as error:
         findings = checked.findings
         if not checked.failed:
@@ -376,5 +376,5 @@ def simulate_draft(
     loaded = LoadedScenario(scenario, [], *read_scenario(scenario)[:1], config=doc.file, documents=documents)
     loaded.documents[scenario.file] = scenario
     loaded.vendor, loaded.image = checked.vendor, checked.encoding.image if checked.encoding else None
-    outcome = simulate_loaded(loaded, settings, record=record, against=against, accept=accept)
+    outcome = simulate_loaded(loaded, settings, record=record, reference_file=reference_file, accept=accept)
     return replace(outcome, file=doc.file)

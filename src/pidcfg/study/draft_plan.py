@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from pydantic_core import PydanticCustomError
 
 from pidcfg.schemas.scenario import Scenario
-from pidcfg.sim.controllers.plc import IN_CONTROL, TICKS
+from pidcfg.sim.controllers.plc import CONTROL_MODES, TICKS
 from pidcfg.sim.engine.influence import Influence
 from pidcfg.sim.engine.run import prepare_network
 from pidcfg.study.verification.stages import dynamics, middle_output, output_limits, quiet_range
@@ -33,9 +33,9 @@ HOUR, MINUTES = 3600, 120
 LARGEST_WHOLE = 1e15
 
 
-def round_to_digits(value: float, most: int = 4) -> float:
+def round_to_digits(value: float, digits: int = 4) -> float:
     """A number of so many significant digits; a whole one as such."""
-    rounded = float(f"{value:.{most}g}")
+    rounded = float(f"{value:.{digits}g}")
     return int(rounded) if rounded == int(rounded) and abs(rounded) < LARGEST_WHOLE else rounded
 
 
@@ -98,12 +98,12 @@ class Connections:
 
 def find_connections(config: Any, plc: Plc) -> Connections:
     """Of a configuration and its PLC as it starts."""
-    masters = {i: m for i, m in enumerate(plc.masters) if m >= 0 and plc.goals[i] == "cascade"}
+    masters = {i: m for i, m in enumerate(plc.masters) if m >= 0 and plc.initial_modes[i] == "cascade"}
     empty = Scenario.model_validate({"pidcfg": 1, "scenario": "-", "config": "-", "duration": 1})
     net = prepare_network(empty, plc)
     influence = Influence.of(empty, net, plc)
     name_of = {slot: name for name, slot in plc.inputs.items()}
-    measured, given_signals = set(plc.inlets.values()), {}
+    measured, given_signals = set(plc.pv_inputs.values()), {}
     for i in range(len(plc.loops)):
         names = [name_of[slot] for slot in sorted(influence.set_points[i]) if slot in name_of]
         names = [name for name in names if "." not in name and name not in measured and input_step(plc, name)]
@@ -125,15 +125,15 @@ def input_step(plc: Plc, name: str) -> tuple[float, float] | None:
 
 
 def _find_leaders(config: Any, plc: Plc) -> dict[int, int]:
-    places: dict[object, list[int]] = defaultdict(list)
+    loops_by_source: dict[object, list[int]] = defaultdict(list)
     for i, loop in enumerate(config.loops):
-        inlet = plc.inlets.get(plc.loops[i])
+        inlet = plc.pv_inputs.get(plc.loops[i])
         source = inlet or next(
             (repr(value) for path in PV_SOURCES if (value := _value_at(loop, path)) is not None), None
         )
         if source is not None:
-            places[source].append(i)
-    return {i: loops[0] for loops in places.values() for i in loops[1:]}
+            loops_by_source[source].append(i)
+    return {i: loops[0] for loops in loops_by_source.values() for i in loops[1:]}
 
 
 def _value_at(model: Any, path: tuple[str, ...]) -> Any:
@@ -150,7 +150,7 @@ def _find_selectors(config: Any, plc: Plc, influence: Influence) -> dict[int, Se
     outs = {c.out_slot for c in configs}
     readers: dict[int, list[int]] = defaultdict(list)
     for i, c in enumerate(configs):
-        for slot in influence.reached_signals([c.out_slot], without=barrier | (outs - {c.out_slot})) - {c.out_slot}:
+        for slot in influence.reached_signals([c.out_slot], excluded=barrier | (outs - {c.out_slot})) - {c.out_slot}:
             readers[slot].append(i)
     kinds = {block.name: block.type for block in getattr(config, "blocks", ())}
     selectors: dict[int, Selector] = {}
@@ -186,7 +186,7 @@ SETTLED_SHARE = 0.02
 """Of the range, how near to its set point a PV comes to rest, its own offset aside."""
 STEP_PER_BAND = 3.0
 """Times its own offset and that, the least step of a loop with a dead band: a smaller one does not move it."""
-LEAST_STEP = 0.004
+MIN_STEP = 0.004
 """A smaller one shows nothing."""
 STEP_SHARE = 0.5
 """Of the way to a limit of the set point or an alarm, what a step may take: the PV may overshoot it."""
@@ -196,13 +196,13 @@ WATCHED_TIME = 9.0
 """Times 1/crossover for which a change is watched, at least."""
 DISTURBANCE_SHARE = 0.1
 """Of the output's range, what a disturbance asks of it."""
-ASIDE_SHARE = 0.12
+DESELECTED_SHARE = 0.12
 """How far a PV lies from the set point of a loop that a selector leaves out, as a share of the range."""
 INNER_LOOP_DELAY = 3.0
 """Times 1/crossover by which an inner loop delays its master."""
-ON_OFF_GAIN, SAMPLES_OF_SWITCHED = 0.6, 400
+ON_OFF_GAIN, ON_OFF_SAMPLES = 0.6, 400
 """Gain of the plant of an on-off loop, and its time constant in samples."""
-UNKNOWN_GAIN, SAMPLES_OF_UNKNOWN = 1.0, 50
+UNKNOWN_GAIN, UNKNOWN_SAMPLES = 1.0, 50
 """The same for a loop whose gains no neutral form has."""
 
 
@@ -228,11 +228,11 @@ class LoopPlan:
     """Of the output; 0: nothing disturbs it."""
     crossover: float = 0.0
     integrates: bool = True
-    switches: bool = False
+    is_on_off: bool = False
     needs_setpoint: bool = False
     """Whether its set point is given to it at the start."""
     selector: Selector | None = None
-    neutral: Loop | None = None
+    neutral_loop: Loop | None = None
     dead_band: float = 0.0
     """Its dead band."""
     stiffness: float = 0.0
@@ -245,11 +245,11 @@ class LoopPlan:
 
 
 def make_plans(
-    plc: Plc, neutral: Sequence[Loop | None], connections: Connections, rises: Sequence[bool]
+    plc: Plc, neutral: Sequence[Loop | None], connections: Connections, output_raises_pv: Sequence[bool]
 ) -> list[LoopPlan]:
     """The plan of each loop that is calculated; slaves first, since their masters wait for them.
 
-    ``rises``: by loop, whether its plant's PV rises with the output.
+    ``output_raises_pv``: by loop, whether its plant's PV rises with the output.
     """
     plans: dict[int, LoopPlan] = {}
 
@@ -258,13 +258,13 @@ def make_plans(
             return
         slaves = [j for j in connections.slaves(i) if j != i and not plc.configs[j].halt]
         for j in slaves:
-            if j not in waiting:
-                waiting.add(j)
+            if j not in visited:
+                visited.add(j)
                 plan_loop(j)
         inner = sum(INNER_LOOP_DELAY / plans[j].crossover for j in slaves[:1] if j in plans)
-        plans[i] = _plan_loop(plc, i, neutral[i], connections, inner, 1.0 if rises[i] else -1.0)
+        plans[i] = _plan_loop(plc, i, neutral[i], connections, inner, 1.0 if output_raises_pv[i] else -1.0)
 
-    waiting: set[int] = set()
+    visited: set[int] = set()
     for i in range(len(plc.loops)):
         if not plc.configs[i].halt:
             plan_loop(i)
@@ -275,51 +275,51 @@ def make_plans(
 
 def _masters_of(i: int, connections: Connections) -> list[int]:
     """The masters of a loop, up to the first."""
-    above: list[int] = []
-    while i in connections.masters and connections.masters[i] not in above:
+    masters: list[int] = []
+    while i in connections.masters and connections.masters[i] not in masters:
         i = connections.masters[i]
-        above.append(i)
-    return above
+        masters.append(i)
+    return masters
 
 
-def _plan_loop(plc: Plc, i: int, loop: Loop | None, connections: Connections, inner: float, sign: float) -> LoopPlan:
-    """A loop by itself, ``inner`` s behind its slave; ``sign`` of its plant."""
+def _plan_loop(plc: Plc, i: int, loop: Loop | None, connections: Connections, lag: float, sign: float) -> LoopPlan:
+    """A loop by itself, ``lag`` s behind its slave; ``sign`` of its plant."""
     sample = plc.configs[i].period / TICKS
     name, selector = plc.loops[i], connections.selectors.get(i)
     if plc.only_switches(i):
-        time = SAMPLES_OF_SWITCHED * sample
+        time = ON_OFF_SAMPLES * sample
         rest, is_set = _find_rest(plc, i, (0.1, 0.9))
         return LoopPlan(
             i, name, sample, sign * ON_OFF_GAIN, time, 4 * time, rest, 0.0, (0.0, 1.0), crossover=1 / time,
-            integrates=False, switches=True, needs_setpoint=is_set,
+            integrates=False, is_on_off=True, needs_setpoint=is_set,
         )  # fmt: skip
     integrates = plc.integrates(i, plc.signal_values)
     if loop is None:
-        time = SAMPLES_OF_UNKNOWN * sample + inner
-        crossover, gain, limits, output, quiet = 1 / time, UNKNOWN_GAIN, (0.0, 1.0), 0.5, (0.05, 0.95)
+        time = UNKNOWN_SAMPLES * sample + lag
+        crossover, gain, limits, output, bounds = 1 / time, UNKNOWN_GAIN, (0.0, 1.0), 0.5, (0.05, 0.95)
         length = 10 * time
     else:
-        delay = 2 * sample + float(loop.pv.filter) + inner
+        delay = 2 * sample + float(loop.pv.filter) + lag
         crossover, gain, time = dynamics(loop, sample, delay, WANTED_GAIN)
         limits = output_limits(loop)
         output = middle_output(loop, limits)
         low, high = (float(end) for end in loop.pv.range)
         bottom, top = quiet_range(loop)
-        quiet = (bottom - low) / (high - low), (top - low) / (high - low)
+        bounds = (bottom - low) / (high - low), (top - low) / (high - low)
         length = max(WATCHED_TIME / crossover, 2 * float(loop.tuning.integral_time), 10 * sample)
-    rest, is_set = _find_rest(plc, i, quiet, loop)
+    rest, is_set = _find_rest(plc, i, bounds, loop)
     low, high, _ = plc.scales[i]
-    dead = 0.0 if plc.roots and plc.roots[i] is not None else plc.dead_band(i, plc.signal_values) / abs(high - low)
+    dead_band = 0.0 if plc.roots and plc.roots[i] is not None else plc.dead_band(i, plc.signal_values) / abs(high - low)
     plan = LoopPlan(
         i, name, sample, sign * gain, time, length, rest, output, limits, crossover=crossover, integrates=integrates,
-        needs_setpoint=is_set, selector=selector, neutral=loop, dead_band=dead,
+        needs_setpoint=is_set, selector=selector, neutral_loop=loop, dead_band=dead_band,
         disturbance=DISTURBANCE_SHARE if integrates else 0.0,
         stiffness=0.0 if integrates or loop is None else crossover * time,
     )  # fmt: skip
-    return replace(plan, step=_step_size(plan, quiet))
+    return replace(plan, step=_step_size(plan, bounds))
 
 
-def _find_rest(plc: Plc, i: int, quiet: tuple[float, float], loop: Loop | None = None) -> tuple[float, bool]:
+def _find_rest(plc: Plc, i: int, bounds: tuple[float, float], loop: Loop | None = None) -> tuple[float, bool]:
     """Where a loop rests, and whether it must be brought there: its set point is none it can rest at."""
     low, high, _ = plc.scales[i]
     if loop is not None and loop.setpoint.value is not None:
@@ -328,19 +328,19 @@ def _find_rest(plc: Plc, i: int, quiet: tuple[float, float], loop: Loop | None =
     else:
         share = (plc.given_set_point(i, plc.signal_values) - low) / (high - low)
         share = max(share, 0.0) ** 0.5 if plc.roots and plc.roots[i] is not None else share
-    return (share, False) if quiet[0] <= share <= quiet[1] else ((quiet[0] + quiet[1]) / 2, True)
+    return (share, False) if bounds[0] <= share <= bounds[1] else ((bounds[0] + bounds[1]) / 2, True)
 
 
-def _step_size(plan: LoopPlan, quiet: tuple[float, float]) -> float:
+def _step_size(plan: LoopPlan, bounds: tuple[float, float]) -> float:
     """How far the set point goes: to the side that has more room, and no further than the output can follow."""
     more, less = plan.limits[1] - plan.output, plan.output - plan.limits[0]
     reach = OUTPUT_SHARE * abs(plan.gain)
-    up = min(STEP_SHARE * (quiet[1] - plan.rest_pv), reach * (more if plan.sign > 0 else less))
-    down = min(STEP_SHARE * (plan.rest_pv - quiet[0]), reach * (less if plan.sign > 0 else more))
-    most = max(SETPOINT_STEP, STEP_PER_BAND * (plan.dead_band + SETTLED_SHARE)) if plan.dead_band else SETPOINT_STEP
-    most = most if plan.integrates or plan.stiffness else SMALL_STEP
-    size = min(most, max(up, down))
-    return 0.0 if size < LEAST_STEP else size if up >= size else -size
+    up = min(STEP_SHARE * (bounds[1] - plan.rest_pv), reach * (more if plan.sign > 0 else less))
+    down = min(STEP_SHARE * (plan.rest_pv - bounds[0]), reach * (less if plan.sign > 0 else more))
+    max_step = max(SETPOINT_STEP, STEP_PER_BAND * (plan.dead_band + SETTLED_SHARE)) if plan.dead_band else SETPOINT_STEP
+    max_step = max_step if plan.integrates or plan.stiffness else SMALL_STEP
+    size = min(max_step, max(up, down))
+    return 0.0 if size < MIN_STEP else size if up >= size else -size
 
 
 def _adapt_plan(plans: dict[int, LoopPlan], connections: Connections, plc: Plc, i: int) -> None:
@@ -348,9 +348,9 @@ def _adapt_plan(plans: dict[int, LoopPlan], connections: Connections, plc: Plc, 
     plan = plans[i]
     master = plans.get(connections.masters.get(i, -1))
     slave = next((plans[j] for j in connections.slaves(i) if j in plans), None)
-    if slave is not None and plan.neutral is not None and slave.neutral is not None:
-        low, high = (float(end) for end in slave.neutral.pv.range)
-        ends = [(end - low) / (high - low) for end in map(float, quiet_range(slave.neutral))]
+    if slave is not None and plan.neutral_loop is not None and slave.neutral_loop is not None:
+        low, high = (float(end) for end in slave.neutral_loop.pv.range)
+        ends = [(end - low) / (high - low) for end in map(float, quiet_range(slave.neutral_loop))]
         inner = max(plan.limits[0], ends[0]), min(plan.limits[1], ends[1])
         if inner[0] < inner[1] and plan.integrates:
             plan = replace(plan, output=(inner[0] + inner[1]) / 2)
@@ -374,10 +374,10 @@ def _adapt_plan(plans: dict[int, LoopPlan], connections: Connections, plc: Plc, 
         first = plans[plan.selector.first]
         asks_more = -1.0 if plan.selector.takes_larger else 1.0
         moved = abs(first.step / first.gain) + DISTURBANCE_SHARE
-        plan = replace(plan, gain=plan.sign * min(abs(plan.gain), ASIDE_SHARE / 2 / moved))
+        plan = replace(plan, gain=plan.sign * min(abs(plan.gain), DESELECTED_SHARE / 2 / moved))
         plan = replace(
             plan,
-            rest_pv=plan.rest_pv - asks_more * plan.sign * ASIDE_SHARE,
+            rest_pv=plan.rest_pv - asks_more * plan.sign * DESELECTED_SHARE,
             step=0.0,
             disturbance=0.0,
             output=first.output,
@@ -392,14 +392,14 @@ def _driven_output(plan: LoopPlan, pv: float) -> float:
     return plan.output if not error else plan.limits[1] if error > 0 else plan.limits[0]
 
 
-def _limit_size(step: float, most: float) -> float:
-    return max(min(step, most), -most)
+def _limit_size(step: float, max_size: float) -> float:
+    return max(min(step, max_size), -max_size)
 
 
 # ----------------------------------------------------------------------------------------------------------------------
 # The planned loops as a scenario: plants in the units of their signals, what happens and when, what is expected.
 
-MOST_STEPS = 200_000
+MAX_LOOP_STEPS = 200_000
 """Base steps times loops of a drafted run: some seconds."""
 LEAD_SHARE = 0.1
 """Of each half of a run, what passes before the disturbances of the first; the steps begin the second."""
@@ -487,7 +487,7 @@ class PlanUnits:
 
     def output_scale(self, plan: LoopPlan) -> tuple[float, float]:
         """What the output's signal shows at 0 % and 100 %."""
-        return (0.0, 1.0) if plan.switches else output_scale(self.plc, plan.i, plan.neutral)
+        return (0.0, 1.0) if plan.is_on_off else output_scale(self.plc, plan.i, plan.neutral_loop)
 
     def is_rooted(self, plan: LoopPlan) -> bool:
         """Whether the loop takes the root of its PV."""
@@ -495,7 +495,7 @@ class PlanUnits:
 
     def plant_name(self, plan: LoopPlan) -> str:
         """The name of a loop's plant: the loop's own, unless its signal has to be wired to the PV."""
-        apart = self.is_rooted(plan) or plan.name in self.plc.wired or self.followers(plan)
+        apart = self.is_rooted(plan) or plan.name in self.plc.wired_loops or self.followers(plan)
         return plan.name if not apart else f"{UNNAMEABLE.sub('_', plan.name)}_process"
 
     def followers(self, plan: LoopPlan) -> list[LoopPlan]:
@@ -513,14 +513,14 @@ def make_draft(units: PlanUnits, size: float = 1.0, *, steady: bool = True, leng
     plans = list(units.plans.values())
     base = units.plc.base / TICKS
     half = round_up_time(length * max((plan.watched_time for plan in plans), default=10 * base))
-    most = MOST_STEPS * base / max(len(plans), 1) / 2
+    max_half = MAX_LOOP_STEPS * base / max(len(plans), 1) / 2
     draft = DraftParts(0.0)
-    if half > most:
-        shorter = round_up_time(most) / 2
+    if half > max_half:
+        shorter = round_up_time(max_half) / 2
         draft.remarks.append(f"{time_text(2 * shorter)} is short for the slowest loop: {time_text(2 * half)} would do")
         half = shorter
     draft.duration = round_to_digits(2 * half)
-    in_control = all(units.plc.goals[plan.i] in IN_CONTROL and not plan.switches for plan in plans)
+    in_control = all(units.plc.initial_modes[plan.i] in CONTROL_MODES and not plan.is_on_off for plan in plans)
     draft.initial = "steady" if steady and in_control else _initial_outputs(units)
     for plan in plans:
         _add_plant(units, plan, draft)
@@ -549,24 +549,24 @@ def _tolerance_lines(units: PlanUnits, size: float) -> Iterator[Line]:
 
 def _initial_outputs(units: PlanUnits) -> dict[str, float]:
     """The output that each loop rests at, or the one it has in Manual."""
-    return {plan.name: units.output_value(plan, plan.output) for plan in units.plans.values() if not plan.switches}
+    return {plan.name: units.output_value(plan, plan.output) for plan in units.plans.values() if not plan.is_on_off}
 
 
 def _add_plant(units: PlanUnits, plan: LoopPlan, draft: DraftParts) -> None:
     """The plant of a loop, and what is wired to its PV; a loop that shares another one's PV has none of its own."""
     name, plc = units.plant_name(plan), units.plc
     leader = units.plans.get(units.connections.leaders.get(plan.i, -1))
-    inlet = plc.inlets.get(plan.name, f"{plan.name}.PV")
+    inlet = plc.pv_inputs.get(plan.name, f"{plan.name}.PV")
     if leader is not None:
-        if plan.name not in plc.wired:
+        if plan.name not in plc.wired_loops:
             draft.connect.append(Line({"to": units.plant_signal(leader)}, f"the same PV as {leader.name}", inlet))
         return
-    if plan.name in plc.wired and plan.name not in plc.inlets:
+    if plan.name in plc.wired_loops and plan.name not in plc.pv_inputs:
         draft.remarks.append(f"{plan.name} has no plant: the program works its PV out of several signals")
         return
-    at_rest = units.pv_value(plan, plan.rest_pv)
+    pv_at_rest = units.pv_value(plan, plan.rest_pv)
     text, gain, u = _plant_input(units, plan)
-    others = 0.0
+    others_input = 0.0
     for other in units.followers(plan):
         more, factor, out = _plant_input(units, other)
         share = round_to_digits(factor / gain)
@@ -574,19 +574,19 @@ def _add_plant(units: PlanUnits, plan: LoopPlan, draft: DraftParts) -> None:
         text = (
             f"{text or _output_of(units, plan)} {'+' if share > 0 else '-'} {times}{more or _output_of(units, other)}"
         )
-        others += share * out
+        others_input += share * out
     gain = round_to_digits(gain)
     row: Row = {"model": "first_order"} | ({"input": text} if text or name != plan.name else {})
     if "input" in row and not row["input"]:
         row["input"] = _output_of(units, plan)
-    load = at_rest - gain * (u + others)
+    load = pv_at_rest - gain * (u + others_input)
     row |= {
         "gain": gain,
         "time_constant": round_to_digits(plan.time_constant, 3),
         "dead_time": round_to_digits(plan.sample_time, 6),
     }
     row |= {"load": round_to_digits(load, 6)} if abs(load) > 1e-9 * units.pv_span(plan) else {}
-    row["initial"] = rounded_value(at_rest, units.pv_span(plan))
+    row["initial"] = rounded_value(pv_at_rest, units.pv_span(plan))
     draft.plants.append(Line(row, _plant_comment(units, plan), name))
     if name == plan.name:
         return
@@ -610,8 +610,8 @@ def _plant_input(units: PlanUnits, plan: LoopPlan) -> tuple[str, float, float]:
             units.pv_value(slave, slave.rest_pv),
         )
     low, high = units.output_scale(plan)
-    output = 0.5 if plan.switches else plan.output
-    u = low + output * (high - low) if plan.switches else units.output_value(plan, output)
+    output = 0.5 if plan.is_on_off else plan.output
+    u = low + output * (high - low) if plan.is_on_off else units.output_value(plan, output)
     text = "" if plan.selector is None else plan.selector.signal
     return text, plan.gain * units.pv_span(plan) / (high - low), u
 
@@ -626,7 +626,7 @@ def _plant_comment(units: PlanUnits, plan: LoopPlan) -> str:
         return f"behind {slave.name}"
     if plan.selector is not None and plan.selector.first != plan.i:
         return f"{plan.selector.signal} leaves it out"
-    if plan.switches:
+    if plan.is_on_off:
         return "on and off move the PV by as much to either side"
     if units.plc.pulse_cycle(plan.i):
         return "moved by the mean of the pulses"
@@ -640,8 +640,8 @@ def _start_events(units: PlanUnits, draft: DraftParts) -> Iterator[Line]:
             value = units.setpoint_value(plan, plan.rest_pv)
             yield Line({"at": 0, "loop": plan.name, "set": {"setpoint": value}}, "it has none that it can rest at")
     for plan in units.plans.values():
-        goal = units.plc.goals[plan.i]
-        if goal in IN_CONTROL:
+        goal = units.plc.initial_modes[plan.i]
+        if goal in CONTROL_MODES:
             continue
         if units.plc.mode_inputs(plan.i):
             draft.remarks.append(f"{plan.name} stays in {goal}: the program chooses its mode")
@@ -649,14 +649,14 @@ def _start_events(units: PlanUnits, draft: DraftParts) -> Iterator[Line]:
             yield Line({"at": 0, "loop": plan.name, "mode": "auto"}, f"configured: {goal}")
 
 
-def _setpoint_events(units: PlanUnits, at: float, size: float) -> Iterator[Line]:
+def _setpoint_events(units: PlanUnits, time: float, size: float) -> Iterator[Line]:
     """Steps of the set points, and of the signals that the program makes set points of."""
     for plan in units.plans.values():
         if plan.step and size:
             value = units.setpoint_value(plan, plan.rest_pv + plan.step * size)
             before = units.setpoint_value(plan, plan.rest_pv)
             if value != before:
-                yield Line({"at": at, "loop": plan.name, "set": {"setpoint": value}}, f"from {before:g}")
+                yield Line({"at": time, "loop": plan.name, "set": {"setpoint": value}}, f"from {before:g}")
     readers: dict[str, list[str]] = {}
     for i, signal in units.connections.given_signals.items():
         if i in units.plans:
@@ -665,14 +665,18 @@ def _setpoint_events(units: PlanUnits, at: float, size: float) -> Iterator[Line]
         step = input_step(units.plc, name)
         if step is not None:
             yield Line(
-                {"at": at, "set": {name: step[1]}}, f"from {step[0]:g}; it moves the set point of {', '.join(loops)}"
+                {"at": time, "set": {name: step[1]}}, f"from {step[0]:g}; it moves the set point of {', '.join(loops)}"
             )
 
 
-def _disturbance_events(units: PlanUnits, at: float, size: float) -> Iterator[Line]:
+def _disturbance_events(units: PlanUnits, time: float, size: float) -> Iterator[Line]:
     """Disturbances: the load of each plant as if its output had moved."""
     for plan in units.plans.values():
-        if not plan.disturbance or not size or (plan.name in units.plc.wired and plan.name not in units.plc.inlets):
+        if (
+            not plan.disturbance
+            or not size
+            or (plan.name in units.plc.wired_loops and plan.name not in units.plc.pv_inputs)
+        ):
             continue
         moved = plan.disturbance * size * plan.gain * units.pv_span(plan)
         gain, u = _plant_input(units, plan)[1:]
@@ -680,4 +684,4 @@ def _disturbance_events(units: PlanUnits, at: float, size: float) -> Iterator[Li
         name = units.plant_name(plan)
         target = {"loop": name} if name == plan.name else {"plant": name}
         share = f"asks for {abs(plan.disturbance * size):.0%} more output".replace("%", " %")
-        yield Line({"at": at, **target, "disturb": {"load": load}}, share)
+        yield Line({"at": time, **target, "disturb": {"load": load}}, share)

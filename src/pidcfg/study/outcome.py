@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from pidcfg.pictures import Bar, Chart, Line, Mark, Panel, Strip
 from pidcfg.sim.controllers.plc import axes_of, signals_of
-from pidcfg.sim.engine.recording import HIGH, LOW
-from pidcfg.sim.judgement.report import LIMITED_ABOVE, LIMITED_BELOW, Alarm, flag_words
+from pidcfg.sim.engine.recording import OUTPUT_HIGH, OUTPUT_LOW
+from pidcfg.sim.judgement.report import LOWER_FLAGS, UPPER_FLAGS, Alarm, flag_words
 from pidcfg.text.diagnostics import Diagnostic, Severity, sort_findings
 from pidcfg.text.frozen import frozen
 from pidcfg.text.reader import DISK, Reader
@@ -30,9 +30,9 @@ if TYPE_CHECKING:
 
 # --- Lines in a trend at which its alarms come on and its output ends -------------------------------------------------
 
-DEVIATION = "deviation"
+DEVIATION_PREFIX = "deviation"
 """Alarms with this beginning are distances from the set point."""
-RATE = "rate_of_change"
+RATE_ALARM = "rate_of_change"
 """An alarm that has no place beside a PV."""
 
 
@@ -40,17 +40,17 @@ def alarm_lines(recording: Recording, loop: str, alarms: Sequence[str], setpoint
     """The level of each alarm until the end (s): one for a PV, two around the set point (a signal) for a distance."""
     for alarm in alarms:
         level = recording.levels.get((loop, alarm), ())
-        if alarm.startswith(DEVIATION) and setpoint:
+        if alarm.startswith(DEVIATION_PREFIX) and setpoint:
             centre = list(zip(*recording.signal(setpoint), strict=True))
             for side in (1.0, -1.0):
                 yield from level_lines(flag_words(alarm), levels_around(centre, level, side), end)
-        elif alarm != RATE:
+        elif alarm != RATE_ALARM:
             yield from level_lines(flag_words(alarm), level, end)
 
 
 def limit_lines(recording: Recording, loop: str, flags: Sequence[str], end: float) -> Iterator[Line]:
     """The limits of the output, where a flag says that it was at one."""
-    for name, title, reasons in ((HIGH, "upper limit", LIMITED_ABOVE), (LOW, "lower limit", LIMITED_BELOW)):
+    for name, title, reasons in ((OUTPUT_HIGH, "upper limit", UPPER_FLAGS), (OUTPUT_LOW, "lower limit", LOWER_FLAGS)):
         if reasons & {*flags}:
             yield from level_lines(title, recording.levels.get((loop, name), ()), end)
 
@@ -73,10 +73,10 @@ def level_lines(title: str, steps: Steps, end: float) -> Iterator[Line]:
 def levels_around(centre: Steps, distance: Steps, side: float) -> list[tuple[float, float]]:
     """What is a distance away from a centre, whenever either changes."""
     rows: list[tuple[float, float]] = []
-    at = distance_now = nan
+    centre_now = distance_now = nan
     for time, kind, value in sorted([(t, 0, v) for t, v in centre] + [(t, 1, v) for t, v in distance]):
-        at, distance_now = (value, distance_now) if kind == 0 else (at, value)
-        row = at + side * distance_now
+        centre_now, distance_now = (value, distance_now) if kind == 0 else (centre_now, value)
+        row = centre_now + side * distance_now
         if rows and rows[-1][0] == time:
             rows[-1] = (time, row)
         elif not rows or repr(rows[-1][1]) != repr(row):
@@ -86,7 +86,7 @@ def levels_around(centre: Steps, distance: Steps, side: float) -> list[tuple[flo
 
 # --- Charts of a run: what was recorded of it, and what its report says happened --------------------------------------
 
-MOST_STATE_ROWS = 8
+MAX_STATE_ROWS = 8
 """Alarms and flags of a loop that get a row each."""
 
 
@@ -130,11 +130,11 @@ def _loop_chart(loop: str, loop_report: LoopReport, axes: Axes, report: Report, 
         marks=(*events, *marks),
         begin=0.0,
         end=report.duration,
-        notes=(*before_root(axes, recording), *notes),
+        notes=(*root_notes(axes, recording), *notes),
     )
 
 
-def before_root(axes: Axes, recording: Recording) -> tuple[str, ...]:
+def root_notes(axes: Axes, recording: Recording) -> tuple[str, ...]:
     """What the signals of a loop that takes the root of its PV are; nothing for another loop."""
     if axes.root is None or not axes.setpoint:
         return ()
@@ -180,7 +180,7 @@ def state_strips(report: LoopReport, end: float) -> tuple[Strip, ...]:
 
 def names_of(spans: Sequence[Alarm] | Sequence[Period]) -> list[str]:
     """The alarms or flags that have a row."""
-    return list(dict.fromkeys(span.alarm if isinstance(span, Alarm) else span.name for span in spans))[:MOST_STATE_ROWS]
+    return list(dict.fromkeys(span.alarm if isinstance(span, Alarm) else span.name for span in spans))[:MAX_STATE_ROWS]
 
 
 def mode_strip(report: LoopReport, end: float) -> tuple[Bar, ...]:
@@ -203,7 +203,7 @@ def _state_strips(spans: Sequence[tuple[str, float, float | None]], end: float, 
     names = list(dict.fromkeys(name for name, _, _ in spans))
     return [
         Strip(name, tuple(Bar(name, at, end if off is None else off) for row, at, off in spans if row == name), kind)
-        for name in names[:MOST_STATE_ROWS]
+        for name in names[:MAX_STATE_ROWS]
     ]
 
 
@@ -236,7 +236,7 @@ def _verdict_text(verdict: Verdict) -> str:
 
 # --- One scenario run: what was read, what became of it, and whether that is what was expected ------------------------
 
-LOOP_STEP = 10.0
+LOOP_COST = 10.0
 """About what a loop-step takes in CPython with everything around it, in µs."""
 
 
@@ -269,7 +269,7 @@ class Outcome:
     def effort(self) -> float:
         """What the run has taken, in µs by a count of its loop-steps; compiled ones are next to nothing."""
         report = self.report
-        return 0.0 if report is None or report.engine != "python" else report.steps * len(report.loops) * LOOP_STEP
+        return 0.0 if report is None or report.engine != "python" else report.steps * len(report.loops) * LOOP_COST
 
     @property
     def passed(self) -> bool:
@@ -283,13 +283,13 @@ def simulate_document(
     reader: Reader = DISK,
     *,
     record: bool = False,
-    against: tuple[bytes, str] | None = None,
+    reference_file: tuple[bytes, str] | None = None,
     accept: str | None = None,
 ) -> Outcome:
     """Runs one scenario file; ``record``: with the trend of its loops, for `pidcfg.study.outcome.charts_of`.
 
-    ``against``: an accepted run, its content and name, in the place of the scenario's ``reference``. ``accept``: the
-    name of the file that this run is to be accepted as, which takes the place of either.
+    ``reference_file``: an accepted run, its content and name, in the place of the scenario's ``reference``. ``accept``:
+    the name of the file that this run is to be accepted as, which takes the place of either.
     """
     from pidcfg.study.scenario import load_scenario
     from pidcfg.validate.engine import is_scenario
@@ -298,7 +298,9 @@ def simulate_document(
         cure = "a scenario begins with 'scenario: …' and names its configuration"
         finding = Diagnostic("PID032", Severity.ERROR, "the file is no scenario", doc.file, help=cure)
         return Outcome(doc.file, findings=[finding], documents={doc.file: doc})
-    return simulate_loaded(load_scenario(doc, reader), settings, record=record, against=against, accept=accept)
+    return simulate_loaded(
+        load_scenario(doc, reader), settings, record=record, reference_file=reference_file, accept=accept
+    )
 
 
 def simulate_loaded(
@@ -306,7 +308,7 @@ def simulate_loaded(
     settings: Settings,
     *,
     record: bool = False,
-    against: tuple[bytes, str] | None = None,
+    reference_file: tuple[bytes, str] | None = None,
     accept: str | None = None,
 ) -> Outcome:
     """Runs a scenario with everything that it needs, as far as that could be loaded; see `simulate_document`."""
@@ -320,10 +322,10 @@ def simulate_loaded(
     _, problems = loaded.uncertainties(plc)
     loaded.add_problems(problems)
     scenario, reference = loaded.scenario, None
-    if accept is None and (against is not None or scenario.reference is not None):
+    if accept is None and (reference_file is not None or scenario.reference is not None):
         from pidcfg.study.accepted import reference_of
 
-        reference = reference_of(loaded.document, scenario, plc.loops, loaded.reader, against)
+        reference = reference_of(loaded.document, scenario, plc.loops, loaded.reader, reference_file)
         outcome = replace(outcome, reference=reference.name)
         if reference.run is None:
             return replace(outcome, findings=sort_findings([*loaded.findings, *reference.findings]))

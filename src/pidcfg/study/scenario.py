@@ -268,13 +268,13 @@ def _use_words(loaded: LoadedScenario, vendor: Vendor, listing: Listing) -> None
 
     A word that is no value does not keep it from running: the PLC has it, and the run is told what it does with it.
     """
-    needed = any(option.needed for option in vendor.load("decode_options"))
-    if needed or not vendor.banks or listing.settings or listing.plc:
+    needs_options = any(option.needed for option in vendor.load("decode_options"))
+    if needs_options or not vendor.banks or listing.settings or listing.plc:
         try:
             check_settings(listing, vendor)
         except DecodeError as error:
             cure = f"run 'pidcfg decode {loaded.config} --vendor {vendor.key}'"
-            if needed and not listing.settings:
+            if needs_options and not listing.settings:
                 cure += " with that option, and name the configuration that it writes"
             loaded.refuse_config(f"{loaded.config}: {error}", cure)
             return

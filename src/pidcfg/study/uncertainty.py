@@ -61,22 +61,22 @@ class NumberSpread(NamedTuple):
 class Uncertainty:
     """One number that varies."""
 
-    of: Literal["plants", "loops"]
+    section: Literal["plants", "loops"]
     name: str
     """Of the plant or the loop."""
     key: str
     text: str
     """How it is spread, for people."""
-    ends: NumberSpread
+    spread: NumberSpread
     unit: str = ""
     """Written behind a drawn number."""
-    whole: bool = False
+    is_integer: bool = False
     """Its word takes whole numbers alone."""
 
     @property
     def random_row(self) -> str:
         """What its random numbers hang on: neither the place in the file nor the other ones."""
-        return f"{self.of}.{self.name}.{self.key}"
+        return f"{self.section}.{self.name}.{self.key}"
 
     @property
     def label(self) -> str:
@@ -86,7 +86,7 @@ class Uncertainty:
     def number_text(self, value: float) -> str:
         """A drawn number as a scenario has it."""
         number = Decimal(f"{value:.{DRAWN_DIGITS}g}")
-        return f"{decimal_text(round(number) + Decimal(0) if self.whole else number)} {self.unit}".rstrip()
+        return f"{decimal_text(round(number) + Decimal(0) if self.is_integer else number)} {self.unit}".rstrip()
 
 
 class VaryError(Exception):
@@ -115,14 +115,14 @@ def find_uncertainties(
         except VaryError as error:
             problems.append(Problem(path, str(error), "value", help=error.cure))
             continue
-        if uncertainties_found[-1].of == "plants" and uncertainties_found[-1].key == "gain":
+        if uncertainties_found[-1].section == "plants" and uncertainties_found[-1].key == "gain":
             problems += _warn_of_sign(path, uncertainties_found[-1])
     return uncertainties_found, problems
 
 
 def _warn_of_sign(path: Path, gain: Uncertainty) -> Iterator[Problem]:
     """A process whose direction is as uncertain as its gain."""
-    low, high, mean, sigma = gain.ends
+    low, high, mean, sigma = gain.spread
     if sigma is not None:
         low, high = max(low, mean - FAR_DEVIATIONS * sigma), min(high, mean + FAR_DEVIATIONS * sigma)
     if low < 0 < high:
@@ -175,15 +175,15 @@ def vary_plant(name: str, key: str, spread: Spread, plant: Plant) -> Uncertainty
     file_number = None if value is None else Amount(value)
     ends = number_spread(spread, file_number, f"{name} has no {key}", time=base in PLANT_TIMES)
     lowest, highest = (ends.low, ends.high) if ends.sigma is None or ends.low > -inf else (ends.mean, ends.mean)
-    above = base in POSITIVE_KEYS or base == "time_constants"
-    if above or base in NOT_NEGATIVE_KEYS:
-        bound = "above 0" if above else "at least 0"
+    must_be_positive = base in POSITIVE_KEYS or base == "time_constants"
+    if must_be_positive or base in NOT_NEGATIVE_KEYS:
+        bound = "above 0" if must_be_positive else "at least 0"
         if ends.sigma is not None and ends.low == -inf:
             cure = f"add limits, such as limits: [{ends.mean / 2:g}, {ends.mean * 2:g}]"
             raise VaryError(f"{key} must be {bound}, and a normal spread without limits goes below", cure)
-        if lowest < 0 or (above and lowest == 0):
+        if lowest < 0 or (must_be_positive and lowest == 0):
             raise VaryError(f"{key} must be {bound}, and {spread} goes down to {lowest:g}", "narrow it")
-    if above and lowest < float(SMALLEST_NUMBER):
+    if must_be_positive and lowest < float(SMALLEST_NUMBER):
         raise VaryError(f"{key} goes below {SMALLEST_NUMBER:g}", "narrow it")
     if max(abs(lowest), abs(highest)) > LARGEST_NUMBER:
         raise VaryError(f"{key} goes beyond {LARGEST_NUMBER:g}")
@@ -202,15 +202,15 @@ def vary_loop(name: str, key: str, spread: Spread, plc: Plc, config: Document | 
     ends = number_spread(spread, file_number, f"the configuration file gives {name} no number at {key}")
     unit = file_number.unit if file_number is not None else spread.pair[0].unit
     uncertainty = Uncertainty("loops", name, key, str(spread), ends, unit)
-    inner = [ends.mean] if ends.sigma is not None and ends.low == -inf else [ends.low, ends.high]
-    middle = (inner[0] + inner[-1]) / 2
+    test_values = [ends.mean] if ends.sigma is not None and ends.low == -inf else [ends.low, ends.high]
+    middle = (test_values[0] + test_values[-1]) / 2
     fraction = middle // 1 + HALF
     if (
         _refused_value(uncertainty, fraction, plc) is not None
         and _refused_value(uncertainty, fraction - HALF, plc) is None
     ):
-        uncertainty = Uncertainty("loops", name, key, str(spread), ends, unit, whole=True)
-    for value in inner:
+        uncertainty = Uncertainty("loops", name, key, str(spread), ends, unit, is_integer=True)
+    for value in test_values:
         error = _refused_value(uncertainty, value, plc)
         if error is not None:
             raise VaryError(f"{uncertainty.number_text(value)}: {error.message()}", (error.context or {}).get("help"))
@@ -253,11 +253,11 @@ def file_value(name: str, key: str, plc: Plc, config: Document | None) -> Amount
 # --- ends ------------------------------------------------------------------------------------------------------------
 
 
-def number_spread(spread: Spread, file_number: Amount | None, without: str, *, time: bool = False) -> NumberSpread:
+def number_spread(spread: Spread, file_number: Amount | None, missing_text: str, *, time: bool = False) -> NumberSpread:
     """The ends of a spread around what ``file_number`` in the file; ``time``: in s."""
     if spread.kind == "share":
         if file_number is None:
-            raise VaryError(f"{without}, of which {spread} could be a share", "write uniform: [low, high]")
+            raise VaryError(f"{missing_text}, of which {spread} could be a share", "write uniform: [low, high]")
         if not file_number.value:
             raise VaryError(f"{spread} of 0 is 0", "write uniform: [low, high]")
         reach = abs(file_number.value) * spread.pair[0].value / 100

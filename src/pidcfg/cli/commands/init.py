@@ -91,7 +91,7 @@ def _scenario_text(config: str, out: str | None, limits: Limits) -> str:
     folder = Path(out).parent if out is not None else Path()
     name = config if config == "-" else Path(os.path.relpath(config, folder)).as_posix()
     try:
-        return draft_scenario(checked, name, most=doc.limits.loop_steps).text
+        return draft_scenario(checked, name, max_loop_steps=doc.limits.loop_steps).text
     except NoDraftError as error:
         raise click.ClickException(str(error)) from None
 

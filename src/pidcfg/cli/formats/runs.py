@@ -12,7 +12,7 @@ from pidcfg.cli.formats import Format, Kind, load_format, render_findings
 from pidcfg.cli.formats.findings import Findings, display_name, finding_lines, findings_text
 from pidcfg.output.runs import runs_data, signal_rows
 from pidcfg.sim.judgement.meters import METRICS, SWING_METRICS
-from pidcfg.sim.judgement.report import ACCEPTED_KIND, ASSUMED, ASSUMED_KIND, Tally, summarise_verdicts
+from pidcfg.sim.judgement.report import ACCEPTED_KIND, ASSUMED_KIND, ASSUMED_SIGN, Tally, summarise_verdicts
 from pidcfg.text.diagnostics import START, Diagnostic, Severity
 from pidcfg.text.frozen import frozen
 from pidcfg.text.signs import CONTROL_SIGNS, pad_left, pad_right, to_one_line, width_of
@@ -22,7 +22,7 @@ from pidcfg.validate.catalog import rule_of
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
-    from pidcfg.sim.judgement.report import LoopReport, Report, Standing, TuneReport, Verdict
+    from pidcfg.sim.judgement.report import LoopReport, Report, StandingVerdict, TuneReport, Verdict
     from pidcfg.study.outcome import Outcome
     from pidcfg.text.document import Document
     from pidcfg.text.paths import Path
@@ -217,7 +217,7 @@ def _verdicts_text(outcome: Outcome, report: Report) -> str:
 def _assumed_line(report: Report) -> str:
     """The loops whose action is not judged, in one line."""
     names = ", ".join(v.loop for v in report.standing if v.kind == ASSUMED_KIND)
-    return align_columns([(names, "not judged", f"whether the action is right: {ASSUMED}")]) if names else ""
+    return align_columns([(names, "not judged", f"whether the action is right: {ASSUMED_SIGN}")]) if names else ""
 
 
 def _notes_text(report: Report) -> str:
@@ -260,7 +260,7 @@ def run_verdict_line(outcome: Outcome, report: Report) -> str:
     failed = sum(not verdict.passed for verdict in report.expectations)
     total, tally = len(report.expectations), Tally.of(report.standing)
     errors = any(note.error for note in report.notes) or any(p.severity == "error" for p in report.problems)
-    line = f"passed: {total} of {total} expectations, {tally.in_words()}"
+    line = f"passed: {total} of {total} expectations, {tally.summary_text()}"
     if not report.expectations and not report.standing:
         line = "nothing was expected of this run"
     if not any(loop.time_in_control for loop in report.loops.values()):
@@ -269,11 +269,11 @@ def run_verdict_line(outcome: Outcome, report: Report) -> str:
         line += "; the PLC ends stopped"
     if failed or tally.failed:
         parts = [f"{failed} of {total} expectations"] * (failed > 0)
-        parts += [f"{tally.failed} of {tally.judged} always checked"] * (tally.failed > 0)
+        parts += [f"{tally.failed} of {tally.judged_count} always checked"] * (tally.failed > 0)
         parts += [f"{tally.unproven} not proven"] * (tally.unproven > 0)
         line = f"{FAILED}: {', '.join(parts)}"
     elif tally.unproven and not errors:
-        line = f"{NOT_PROVEN}: {tally.unproven} of {tally.judged} always checked"
+        line = f"{NOT_PROVEN}: {tally.unproven} of {tally.judged_count} always checked"
         line += f" ({total} of {total} expectations passed)" if total else ""
     elif errors:
         line = f"FAILED: an error in the run ({total} of {total} expectations passed)"
@@ -354,7 +354,7 @@ def failed_expectation(outcome: Outcome, i: int, verdict: Verdict) -> Diagnostic
     return Diagnostic("PID061", Severity.ERROR, message, outcome.file, doc.locate(path), path, loop)
 
 
-def failed_standing(outcome: Outcome, verdict: Standing) -> Diagnostic:
+def failed_standing(outcome: Outcome, verdict: StandingVerdict) -> Diagnostic:
     """A failed standing expectation at the loop in the configuration; of the PLC, where the scenario names it."""
     file, path = outcome.config, loop_path(outcome.documents.get(outcome.config), verdict.loop)
     if verdict.kind == ACCEPTED_KIND and "reference" in (outcome.documents[outcome.file].data or {}):
@@ -467,7 +467,7 @@ def _standing_cases(outcome: Outcome) -> Iterator[TestCase]:
             yield TestCase(name, ((v.verdict, message, text),))
         elif v.allowed is not None:
             yield TestCase(name, skipped=f"{v.verdict.replace('-', ' ')}, and allowed: {v.allowed}", output=v.text)
-        elif not v.judged:
+        elif not v.is_judged:
             yield TestCase(name, skipped=f"not judged: {v.text}")
         else:
             yield TestCase(name, output=v.text)

@@ -606,16 +606,16 @@ def verdict_of(run: Run, report: Report) -> str:
     tally = Tally.of(report.standing)
     if failed or tally.failed:
         expected_text = f"{failed} of {total} expectations" if failed else ""
-        standing_text = f"{tally.failed} of {tally.judged} always checked" if tally.failed else ""
+        standing_text = f"{tally.failed} of {tally.judged_count} always checked" if tally.failed else ""
         unproven_text = f"; {tally.unproven} not proven" if tally.unproven else ""
         return f"{', '.join(part for part in (expected_text, standing_text) if part)} failed{unproven_text}."
     if run.unjudged:
         return "The configuration has errors, and nothing is expected of the run."
     if tally.unproven:
-        return f"{tally.unproven} of {tally.judged} always checked not proven."
+        return f"{tally.unproven} of {tally.judged_count} always checked not proven."
     if not run.passed:
         return f"There was an error in the run; {total} of {total} expectations passed."
-    return f"{total} of {total} expectations, {tally.in_words()}."
+    return f"{total} of {total} expectations, {tally.summary_text()}."
 
 
 def metric_titles(report: Report) -> dict[str, str]:

@@ -16,20 +16,20 @@ from pidcfg.tuning import CLOSED_SAMPLE, GENTLE_CLOSED, OPEN_SAMPLE, ZIEGLER_NIC
 
 POINTS = 512
 """Floats of a curve in `aux`."""
-STEP = 0.10
+STEP_SHARE = 0.10
 """Share of the output's span that it steps by; twice that when the answer is too small."""
-SMALL = 0.02
+MIN_CHANGE_SHARE = 0.02
 """An answer that settles below this share of the span is too small."""
-ENOUGH = 0.10
+MEASURABLE_SHARE = 0.10
 """A response of this much of the span is enough to measure its slope."""
 PATIENCE_SECONDS = 600.0
 """Seconds, or `PATIENCE_SAMPLES` if those last longer, after which a PV that does not move stops the auto-tune."""
 PATIENCE_SAMPLES = 256
-MOVING = 0.10
+MAX_DRIFT_SHARE = 0.10
 """Share of the answer's slope by which the PV may move before the step."""
-SURE = 4.0 / 340.0**0.5
+DRIFT_SIGMAS = 4.0 / 340.0**0.5
 """Four standard deviations of the slope a sample, of 16 samples with a noise of 1."""
-ROUNDING = 0.3
+ROUNDING_SIGMA = 0.3
 """Standard deviation of what rounding to whole counts adds."""
 GOES_ON, ANSWERED, TOO_SMALL, NO_ANSWER = 0, 1, 2, 3
 """Results of `judge_response`."""
@@ -80,26 +80,26 @@ def first_crossing(state: CurveState, first: int, aux: list[float], level: float
 
 def steepest_line(state: CurveState, first: int, aux: list[float], change: float) -> tuple[float, float]:
     """Slope a second of the steepest line, 0 when there is none, and the dead time in s, at least a sample (kernel)."""
-    need = max(0.1 * change, min(12.0 * state.tune_noise, 0.2 * change))
-    width = first_crossing(state, first, aux, 2.0 * need) - first_crossing(state, first, aux, need)
+    rise_needed = max(0.1 * change, min(12.0 * state.tune_noise, 0.2 * change))
+    width = first_crossing(state, first, aux, 2.0 * rise_needed) - first_crossing(state, first, aux, rise_needed)
     width = min(max(width, 1), state.tune_points - 1)
     spread = width * (width + 1.0) * (width + 2.0) / 12.0
-    steepest = 0.0
-    at = 0
+    max_slope = 0.0
+    start = 0
     for j in range(state.tune_points - width):
         slope = 0.0
         for k in range(width + 1):
             slope += (k - width / 2.0) * aux[first + j + k]
-        if slope > steepest:
-            steepest = slope
-            at = j
-    if steepest <= 0.0:
+        if slope > max_slope:
+            max_slope = slope
+            start = j
+    if max_slope <= 0.0:
         return 0.0, 0.0
-    steepest /= spread
+    max_slope /= spread
     seconds = state.period / TICKS
-    middle = (at + width / 2.0) * state.tune_stride + (state.tune_stride + 1) / 2.0
-    dead = middle - mean_of_points(aux, first + at, width + 1) / steepest * state.tune_stride
-    return steepest / (state.tune_stride * seconds), max(dead, 1.0) * seconds
+    middle = (start + width / 2.0) * state.tune_stride + (state.tune_stride + 1) / 2.0
+    dead_time = middle - mean_of_points(aux, first + start, width + 1) / max_slope * state.tune_stride
+    return max_slope / (state.tune_stride * seconds), max(dead_time, 1.0) * seconds
 
 
 def was_moving(state: CurveState, slope: float, count: float) -> bool:
@@ -108,28 +108,30 @@ def was_moving(state: CurveState, slope: float, count: float) -> bool:
     Surely: by four standard deviations of the slope of 16 samples; ``count`` is the resolution of the PV.
     """
     drift = abs(state.tune_drift)
-    return drift > MOVING * slope * (state.period / TICKS) and drift > SURE * max(state.tune_noise, ROUNDING * count)
+    return drift > MAX_DRIFT_SHARE * slope * (state.period / TICKS) and drift > DRIFT_SIGMAS * max(
+        state.tune_noise, ROUNDING_SIGMA * count
+    )
 
 
 def judge_response(
-    state: CurveState, first: int, aux: list[float], span: float, count: float, rest: float, last_step: int
+    state: CurveState, first: int, aux: list[float], span: float, count: float, rest_change: float, last_step: int
 ) -> tuple[int, float]:
     """The judgement of a response at one of its points, and its change so far (kernel).
 
-    ``count`` is the resolution of the PV and ``rest`` what a PV at rest may still move; after the ``last_step`` every
-    answer above the noise counts.
+    ``count`` is the resolution of the PV and ``rest_change`` what a PV at rest may still move; after the ``last_step``
+    every answer above the noise counts.
     """
     points = state.tune_points
     window = max(1, points // 12)
     last = first + points
     change = mean_of_points(aux, last - window, window)
     detectable = max(4.0 * count, 6.0 * state.tune_noise)
-    if change >= ENOUGH * span and change >= detectable:
+    if change >= MEASURABLE_SHARE * span and change >= detectable:
         return ANSWERED, change
     if change > detectable and points >= 24:
         moved = change - mean_of_points(aux, last - points // 3, window)
-        if moved <= max(SMALL * change, state.tune_noise, rest):
-            if last_step or change >= SMALL * span:
+        if moved <= max(MIN_CHANGE_SHARE * change, state.tune_noise, rest_change):
+            if last_step or change >= MIN_CHANGE_SHARE * span:
                 return ANSWERED, change
             return TOO_SMALL, change
     elif state.tune_count > PATIENCE_SAMPLES and state.tune_count * (state.period / TICKS) > PATIENCE_SECONDS:
@@ -141,9 +143,9 @@ def judge_response(
 # What auto-tunes of several vendors have in common: noise at rest, the relay's cycle, and the gains that follow.
 # Kernels on the ``tune_`` fields of a loop's state; each vendor moves its output itself.
 
-OBSERVED = 16
+NOISE_SAMPLES = 16
 """Samples at rest from which the noise of a PV is estimated."""
-SPREAD = OBSERVED * (OBSERVED * OBSERVED - 1) / 12.0
+TIME_SQUARE_SUM = NOISE_SAMPLES * (NOISE_SAMPLES * NOISE_SAMPLES - 1) / 12.0
 """Sum of the squares of the samples' distances from the middle one."""
 SECOND_DIFFERENCE = 1.9544
 """Mean of |y(n) - 2 y(n-1) + y(n-2)| of white noise in standard deviations: sqrt(6) sqrt(2 / pi)."""
@@ -186,13 +188,13 @@ def measure_noise(state: CurveState, pv: float) -> bool:
     state.tune_pv_2 = state.tune_pv_1
     state.tune_pv_1 = pv
     state.tune_base += pv
-    state.tune_drift += (state.tune_count - (OBSERVED - 1) / 2.0) * pv
+    state.tune_drift += (state.tune_count - (NOISE_SAMPLES - 1) / 2.0) * pv
     state.tune_count += 1
-    if state.tune_count < OBSERVED:
+    if state.tune_count < NOISE_SAMPLES:
         return False
-    state.tune_noise = state.tune_sum / (OBSERVED - 2.0) / SECOND_DIFFERENCE
-    state.tune_base /= OBSERVED
-    state.tune_drift /= SPREAD
+    state.tune_noise = state.tune_sum / (NOISE_SAMPLES - 2.0) / SECOND_DIFFERENCE
+    state.tune_base /= NOISE_SAMPLES
+    state.tune_drift /= TIME_SQUARE_SUM
     return True
 
 
@@ -244,20 +246,20 @@ def cycle_length(state: RelayState) -> float:
     return (state.tune_count - state.tune_start) / 2.0
 
 
-def ultimate_gain(state: RelayState, step: float, band: float, least: float) -> float:
+def ultimate_gain(state: RelayState, step: float, band: float, min_square: float) -> float:
     """From the describing function of a relay that switches its output by ``step``, at the last switch (kernel).
 
-    ``band`` is its hysteresis, ``least`` the least square that is taken for the swing's amplitude without it.
+    ``band`` is its hysteresis, ``min_square`` the least square that is taken for the swing's amplitude without it.
     """
     amplitude = state.tune_swing / 4.0
-    return 2.0 * step / (PI * sqrt(max(amplitude * amplitude - band * band, least)))
+    return 2.0 * step / (PI * sqrt(max(amplitude * amplitude - band * band, min_square)))
 
 
-def curve_gains(only_pi: int, gain: float, dead: float) -> Gains:
+def curve_gains(only_pi: int, gain: float, dead_time: float) -> Gains:
     """Ziegler and Nichols for a reaction curve: ``gain`` is 1 / (dead time x rate) of a unit step (kernel)."""
     if only_pi:
-        return CURVE_PI * gain, CURVE_PI_RESET * dead, 0.0, CURVE_PI_SAMPLE * dead
-    return CURVE_PID * gain, CURVE_PID_RESET * dead, CURVE_PID_RATE * dead, CURVE_PID_SAMPLE * dead
+        return CURVE_PI * gain, CURVE_PI_RESET * dead_time, 0.0, CURVE_PI_SAMPLE * dead_time
+    return CURVE_PID * gain, CURVE_PID_RESET * dead_time, CURVE_PID_RATE * dead_time, CURVE_PID_SAMPLE * dead_time
 
 
 def cycle_gains(only_pi: int, gain: float, period: float) -> Gains:

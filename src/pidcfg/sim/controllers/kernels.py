@@ -25,20 +25,20 @@ class Register(NamedTuple):
     """A field of a record and the register that it comes from."""
 
     field: str
-    whole: bool
+    is_integer: bool
     default: Any
     name: str
     equals: object
-    enabled: str | None
+    enabled_by: str | None
 
 
-def register(name: str, default: Number, *, equals: object = None, enabled: str | None = None) -> Number:
+def register(name: str, default: Number, *, equals: object = None, enabled_by: str | None = None) -> Number:
     """A field that holds what a register does.
 
-    It keeps its ``default`` where the register has no value or another one, ``enabled``, is off. With ``equals`` it is
-    1 where the register has that value, else 0.
+    It keeps its ``default`` where the register has no value or another one, ``enabled_by``, is off. With ``equals`` it
+    is 1 where the register has that value, else 0.
     """
-    value: Number = field(default=default, metadata={"name": name, "equals": equals, "enabled": enabled})
+    value: Number = field(default=default, metadata={"name": name, "equals": equals, "enabled_by": enabled_by})
     return value
 
 
@@ -56,13 +56,13 @@ def _registers(kind: type[Any]) -> Sequence[Register]:
 def read_registers(record: object, values: Mapping[str, Any], real: Callable[[Any], float] = float) -> None:
     """Fills the fields of a record that come from registers, from the registers' values by name."""
     for row in registers(record):
-        value = values.get(row.name) if row.enabled is None or values[row.enabled] else None
+        value = values.get(row.name) if row.enabled_by is None or values[row.enabled_by] else None
         if value is None:
             number = row.default
         elif row.equals is not None:
             number = int(value == row.equals)
         else:
-            number = int(value) if row.whole else real(value)
+            number = int(value) if row.is_integer else real(value)
         setattr(record, row.field, number)
 
 
@@ -195,20 +195,20 @@ class RequestState(RelayState):
     """The mode to be requested every sample until it is granted."""
     goal_sp: float = 0.0
     """Set point that is written when the goal is reached for the first time."""
-    goal_writes: int = 0
+    goal_has_sp: int = 0
     """Whether there is a set point to write: configured, or set by an event."""
-    requested: int = 0
+    requested_mode: int = 0
     """The mode that was requested last, for the log."""
-    refused: int = 0
+    refused_reasons: int = 0
     """Reasons, as bits, for which the goal has been refused so far."""
 
 
 # --- Kernels that the vendors' algorithms share: plain functions of numbers, compiled by numba as they are ------------
 
-NEAREST = 6755399441055744.0
+ROUNDING_MAGIC = 6755399441055744.0
 """1.5 * 2**52: adding and subtracting it rounds to a whole number, half to even, without a call."""
 
-SINGLE = array("f", [0.0])
+SINGLE_CELL = array("f", [0.0])
 """A number that is stored here is rounded to single precision."""
 
 
@@ -221,9 +221,9 @@ def clamp(value: float, low: float, high: float) -> float:
     return value
 
 
-def nearest(value: float) -> float:
+def round_half_even(value: float) -> float:
     """The nearest whole number, half to even; exact below 2**51."""
-    return value + NEAREST - NEAREST
+    return value + ROUNDING_MAGIC - ROUNDING_MAGIC
 
 
 def finite_or(value: float, otherwise: float) -> float:
@@ -243,8 +243,8 @@ def single(value: float) -> float:
 
     Compiled code has `pidcfg.sim.engine.compile.native_single` in its place.
     """
-    SINGLE[0] = value
-    return SINGLE[0]
+    SINGLE_CELL[0] = value
+    return SINGLE_CELL[0]
 
 
 def renew_alarm(status: int, bit: int, excess: float, hysteresis: float) -> int:
@@ -263,7 +263,7 @@ def renew_alarm(status: int, bit: int, excess: float, hysteresis: float) -> int:
 #
 # A notice is one number in a loop's state; several of them are its digits, the first one highest.
 
-NOTICES = 4096
+NOTICE_BASE = 4096
 """A notice is below this."""
 NOTICE_LIMIT = 4096**4
 """Five notices fill a number; what comes after them is left out until the log has been read."""
@@ -278,27 +278,27 @@ GOAL_ENDS = (
 """What a mode request of an event puts an end to (D643); the reason's number is the vendor's."""
 
 
-def add_notice(notice: int, requested: int, reason: int) -> int:
+def add_notice(notice: int, requested_mode: int, reason: int) -> int:
     """The notices with one more (kernel)."""
     if notice < NOTICE_LIMIT:
-        return notice * NOTICES + (requested << REASON_BITS) + reason
+        return notice * NOTICE_BASE + (requested_mode << REASON_BITS) + reason
     return notice
 
 
 def tell_request(state: RequestState, reason: int) -> None:
     """Leave a notice about the mode that was requested last (kernel)."""
-    state.notice = add_notice(state.notice, state.requested, reason)
+    state.notice = add_notice(state.notice, state.requested_mode, reason)
 
 
-def leave_notice(state: LoopState, reason: int, requested: int = 0) -> None:
+def leave_notice(state: LoopState, reason: int, requested_mode: int = 0) -> None:
     """Leave a notice for the log, from outside the kernels."""
-    state.notice = add_notice(state.notice, requested, reason)
+    state.notice = add_notice(state.notice, requested_mode, reason)
 
 
 def split_notices(notice: int) -> list[tuple[int, int]]:
     """A notice number as requested mode bits and reasons, in the order in which they were left."""
     pairs: list[tuple[int, int]] = []
     while notice:
-        notice, digit = divmod(notice, NOTICES)
+        notice, digit = divmod(notice, NOTICE_BASE)
         pairs.insert(0, divmod(digit, 1 << REASON_BITS))
     return pairs

@@ -8,7 +8,7 @@ from math import ceil, gcd, isfinite, sqrt
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
 from pidcfg.sim.controllers.kernels import REQUEST_BITS, CountsConfig, LoopConfig, LoopState, split_notices
-from pidcfg.sim.engine.expressions import NoValue
+from pidcfg.sim.engine.expressions import BadValue
 from pidcfg.text.frozen import frozen
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 # Design. Names and masks are tables; what follows from the present registers and signals is a method. A vendor
 # overrides what is so with it, next to the attributes of `pidcfg.sim.controllers.plc.Plc` that the names come from.
 
-IN_CONTROL = ("auto", "cascade")
+CONTROL_MODES = ("auto", "cascade")
 """The modes in which a loop controls, as every vendor calls them."""
 
 
@@ -36,7 +36,7 @@ class LoopFacts(ABC):
     configs: Sequence[LoopConfig]
     states: Sequence[LoopState]
     loops: Sequence[str]
-    goals: Sequence[str]
+    initial_modes: Sequence[str]
     scales: Sequence[tuple[float, float, int]]
     modes: Mapping[str, int]
     alarm_bits: Mapping[str, int]
@@ -44,13 +44,13 @@ class LoopFacts(ABC):
     """The outermost alarms of ``alarm_bits``: high-high, low-low, red."""
     alarm_limits: Mapping[str, str] = {}
     """Where the configuration of a loop has the limit of each alarm."""
-    unreached: float = 0.0
+    no_limit: float = 0.0
     """A limit from which on, either way, an alarm is off."""
     error_flags: Sequence[str] = ()
     """Flags that mean an error of the set-up."""
     tuning_flags: Sequence[str] = ()
     """Flags that are on while an auto-tune runs, where that is no mode."""
-    problems: Sequence[NoValue] = ()
+    problems: Sequence[BadValue] = ()
     """Words and parameters that are no value of their format."""
     mode_keys: Collection[str] = ()
     """Parameters that choose the mode, which an event may set."""
@@ -60,7 +60,7 @@ class LoopFacts(ABC):
     @property
     def control_bits(self) -> int:
         """The bits of a status that mean Auto or Cascade."""
-        return sum(self.modes.get(mode, 0) for mode in IN_CONTROL)
+        return sum(self.modes.get(mode, 0) for mode in CONTROL_MODES)
 
     @property
     def outer_bits(self) -> int:
@@ -86,7 +86,7 @@ class LoopFacts(ABC):
 
     def intended_mode(self, loop: int, signals: Sequence[float]) -> str:
         """The mode that a loop shall be in, as its configuration and its inputs say now."""
-        return self.goals[loop]
+        return self.initial_modes[loop]
 
     def pv_range(self, loop: int) -> tuple[float, float] | None:
         """The ends of a PV's range; None: the configuration gives none."""
@@ -95,7 +95,7 @@ class LoopFacts(ABC):
     def alarm_is_on(self, loop: int, alarm: str) -> bool:
         """Whether an alarm can come: it is switched on and has a limit."""
         limit = self.alarm_limits.get(alarm)
-        return limit is None or bool(abs(getattr(self.configs[loop], limit)) < self.unreached)
+        return limit is None or bool(abs(getattr(self.configs[loop], limit)) < self.no_limit)
 
     def alarm_level(self, loop: int, alarm: str) -> float | None:
         """Where an alarm comes on, in the unit of the PV's signal: a PV, or a distance from the set point.
@@ -133,7 +133,7 @@ class LoopFacts(ABC):
 
     def set_up_errors(self, loop: int) -> Iterator[str]:
         """Errors of a loop's set-up that are no flag, in words: what is no value of its format (D338)."""
-        yield from (problem.text for problem in self.problems if problem.setting and problem.loop == loop)
+        yield from (problem.text for problem in self.problems if problem.is_setting and problem.loop == loop)
 
     def program_errors(self, signals: Sequence[float]) -> Iterable[str]:
         """Errors of what is no loop, in words."""
@@ -151,7 +151,7 @@ class LoopFacts(ABC):
         """Whether a loop is told from outside that its output is limited."""
         return False
 
-    def left_out(
+    def is_deselected(
         self,
         loop: int,
         signals: Sequence[float],
@@ -164,7 +164,7 @@ class LoopFacts(ABC):
         """
         return False
 
-    def operated(self, image: Any) -> Any:
+    def unwire_operator_inputs(self, image: Any) -> Any:
         """The same image with the operator's inputs of each loop in his own hand; most PLCs have no others."""
         return image
 
@@ -179,7 +179,7 @@ TICKS = 1_000_000
 """Ticks in a second."""
 SETPOINT = ("setpoint", "setpoint.value")
 """The keys of a loop's set point with every vendor; the vendor's own is the third."""
-COUNTS = 1 << 20
+COUNTS_PER_RANGE = 1 << 20
 """Counts of a PV's range where the PLC has floats: finer than any transmitter."""
 
 Scan = Callable[[int, list[Any], list[Any], list[float], list[float]], None]
@@ -208,7 +208,7 @@ class Plc(LoopFacts):
     """The name of every signal, ``TIC-101.PV``; internal ones are empty."""
     loops: Sequence[str]
     """In the order of ``configs`` and ``states``."""
-    goals: Sequence[str]
+    initial_modes: Sequence[str]
     """For each loop the mode that it shall reach."""
     scales: Sequence[tuple[float, float, int]]
     """For each loop its PV at 0 % and 100 % in engineering units, and the counts between."""
@@ -217,15 +217,15 @@ class Plc(LoopFacts):
     roots: Sequence[float | None] = ()
     """For each loop whose signals are those before the PLC takes the root of its PV, where the PV's counts begin, as a
     share of the span; None for another loop, empty where the vendor has no such signals."""
-    longest = 0.0
+    longest_time = 0.0
     """The longest time of a block of the PLC's program, in s; what the pre-roll has to wait for."""
     pulses: Sequence[str] = ()
     """Names of the signals that follow the output as pulses."""
     inputs: Mapping[str, int] = {}
     """Signals from outside that are no loop's PV, by name: events may set them, plants may be wired to them."""
-    wired: Collection[str] = ()
+    wired_loops: Collection[str] = ()
     """Loops whose PV comes from within the PLC's program: no plant is wired to it."""
-    inlets: Mapping[str, str] = {}
+    pv_inputs: Mapping[str, str] = {}
     """For loops whose PV the program only filters, the one of `inputs` that it filters."""
     setpoint = "setpoint.value"
     """The key of the set point in the vendor's configuration, for which ``setpoint`` is short in events."""
@@ -255,7 +255,7 @@ class Plc(LoopFacts):
     """Results of the auto-tune, by the vendor's names of the parameters."""
     reasons: Mapping[int, str]
     """Reasons of notices in words."""
-    about_mode: Collection[int] = ()
+    mode_codes: Collection[int] = ()
     """Reasons that concern the mode."""
 
     @property
@@ -285,7 +285,7 @@ class Plc(LoopFacts):
 
     @property
     @abstractmethod
-    def rises(self) -> Sequence[bool]:
+    def output_raises_pv(self) -> Sequence[bool]:
         """For each loop whether its action takes for granted that the PV rises with the output."""
 
     def place_loops(
@@ -314,7 +314,7 @@ class Plc(LoopFacts):
         return ""
 
     @classmethod
-    def requested(cls, notice: int) -> str | None:
+    def requested_mode(cls, notice: int) -> str | None:
         """The mode that was requested when a notice was left; None: none was."""
         codes = [code for code, _ in split_notices(notice) if code]
         return next((mode for mode in cls.modes if cls.request_code(mode) == codes[-1]), None) if codes else None
@@ -328,14 +328,14 @@ class Plc(LoopFacts):
     def describe(cls, notice: int) -> tuple[str, str]:
         """What happened in words: to the mode (a refusal, an override), and apart from it; empty: nothing."""
         texts: tuple[list[str], list[str]] = [], []
-        for requested, reason in split_notices(notice):
-            texts[not cls.is_about_mode(requested, reason)].append(cls.reasons[reason])
+        for requested_mode, reason in split_notices(notice):
+            texts[not cls.is_about_mode(requested_mode, reason)].append(cls.reasons[reason])
         return "; ".join(texts[0]), "; ".join(texts[1])
 
     @classmethod
-    def is_about_mode(cls, requested: int, reason: int) -> bool:
+    def is_about_mode(cls, requested_mode: int, reason: int) -> bool:
         """Whether a notice concerns the mode."""
-        return reason in cls.about_mode
+        return reason in cls.mode_codes
 
     def faults(self) -> Iterable[tuple[int, str, str]]:
         """Expressions of the PLC's program that had no value: the tick of the first time, where, and why."""
@@ -359,7 +359,7 @@ class Plc(LoopFacts):
         """
 
     @abstractmethod
-    def period_set(self, loop: int, path: tuple[str, ...], value: Any) -> int:
+    def new_period(self, loop: int, path: tuple[str, ...], value: Any) -> int:
         """The sample rate in ticks that `set` makes of a checked value; 0: the key is something else."""
 
     @abstractmethod
@@ -376,7 +376,7 @@ class Plc(LoopFacts):
     def autotune(self, loop: int, command: str) -> None:
         """One of ``commands["autotune"]``."""
 
-    def tuned(self, loop: int) -> TuneReport | None:
+    def tuning_result(self, loop: int) -> TuneReport | None:
         """What `tune_report` makes of a loop's auto-tune; None when there was none."""
         return None
 
@@ -495,7 +495,7 @@ class NamedPlc(Plc):
     """A PLC as loaded from a program's parameters; its base step is the runner's."""
 
     options = ("scan_time",)
-    named: ClassVar[NamedLoops]
+    table: ClassVar[NamedLoops]
     """The table of its parameters."""
     keys: ClassVar[NamedKeys]
     """What can be set while it runs."""
@@ -508,18 +508,18 @@ class NamedPlc(Plc):
     """Signals of a loop by their slots in ``config``."""
 
     def __init__(self, program: Program, options: ScanOptions | None = None) -> None:
-        self.loops = [str(entry["loop"]) for entry in program.settings] or self.named.loop_names(program.words)
+        self.loops = [str(entry["loop"]) for entry in program.settings] or self.table.loop_names(program.words)
         self._settings: Sequence[Mapping[str, Any]] = program.settings or [{}] * len(self.loops)
         found = [self.contents_of(program.words, loop) for loop in self.loops]
         self._contents = [contents for contents, _ in found]
-        self.problems = [NoValue(i, text) for i, (_, problems) in enumerate(found) for text in problems]
+        self.problems = [BadValue(i, text) for i, (_, problems) in enumerate(found) for text in problems]
         self.place_loops(self.config, self.state, self.slots)
-        self._file = program.plc
+        self._plc_settings = program.plc
         self.prepare()
         for i, config in enumerate(self.configs):
             self.begin(i)
             config.period = self.states[i].period
-        self.goals = [self.mode(state.status) for state in self.states]
+        self.initial_modes = [self.mode(state.status) for state in self.states]
 
     @abstractmethod
     def contents_of(self, words: Mapping[str, Any], loop: str) -> tuple[dict[str, Any], list[str]]:
@@ -540,7 +540,7 @@ class NamedPlc(Plc):
         """The content that a ``set`` event makes of its parameter; a ``PydanticCustomError`` says what is wrong."""
         return self.keys.check(path, value)
 
-    def period_set(self, loop: int, path: tuple[str, ...], value: Any) -> int:
+    def new_period(self, loop: int, path: tuple[str, ...], value: Any) -> int:
         """The time between two samples that a value for this key makes, in ticks; 0: another key, or without effect."""
         return self.sample_ticks(value) if self.keys.find(path).name == self.sample_key else 0
 
@@ -559,13 +559,13 @@ class Root:
     zero: float
     """Where the PV's counts begin, as a share of the span."""
 
-    def taken(self, value: float) -> float:
+    def take_root(self, value: float) -> float:
         """The PV for a value before the root."""
         return self.low + self.width * sqrt(max((value - self.low) / self.width + self.zero, 0.0))
 
     def remark(self, name: str, last: float, unit: str) -> str:
         """A remark on what the axis shows, with the value of ``name`` at the end as the example."""
-        stands = f"{self.taken(last):.4g} {unit}".rstrip()
+        stands = f"{self.take_root(last):.4g} {unit}".rstrip()
         return f"PV and {name} are before the root: {last:.4g} at the end stands for {stands}"
 
 
@@ -605,7 +605,7 @@ def axes_of(plc: Plc, settings: Sequence[Mapping[str, Any]]) -> dict[str, Axes]:
         entry, config = by_name.get(loop, {}), plc.configs[i]
         pv, output = (dict(entry.get(key) or {}) for key in ("pv", "output"))
         unit = output.get("unit") or plc.output_unit
-        shown = (
+        output_range = (
             plc.outputs[i] if plc.outputs else output.get("range") or (PERCENT if unit == "%" else limits_of(plc, i))
         )
         low, high, counts = plc.scales[i]
@@ -616,7 +616,7 @@ def axes_of(plc: Plc, settings: Sequence[Mapping[str, Any]]) -> dict[str, Axes]:
             plc.signals[config.out_slot],
             pv_unit=str(pv.get("unit") or ("counts" if raw else "")),
             output_unit=str(unit or ("counts" if plc.outputs and "range" not in output else "")),
-            output_range=None if shown is None else (float(shown[0]), float(shown[1])),
+            output_range=None if output_range is None else (float(output_range[0]), float(output_range[1])),
             output_counts=plc.outputs[i] if plc.outputs and "range" not in output else None,
             pv_range=(low, high),
             sample_time=config.period / TICKS,

@@ -26,16 +26,16 @@ from pidcfg.text.signs import closest_name, key_of_term
 # Keys are those of a loop in the configuration file (``tuning.gain``, ``alarms.pv.high``), a vendor's short forms,
 # and the last part of a key where only one register has it (``gain``). A vendor makes a `Keys` of its register map.
 
-FITS = "write a value inside the limits"
+FITS_HELP = "write a value inside the limits"
 Parser = Callable[[object], object]
 ContentParser = Callable[[object], Decimal | Content]
 Value = TypeVar("Value")
 
 
-def rows_of(tables: Iterable[RegisterMap], left_out: Iterable[str] = ()) -> dict[str, Point]:
-    """Every register and choice with a path that is not ``left_out``, by its path."""
+def rows_of(tables: Iterable[RegisterMap], excluded: Iterable[str] = ()) -> dict[str, Point]:
+    """Every register and choice with a path that is not ``excluded``, by its path."""
     points = (point for table in tables for point in table.points)
-    return {point.path: point for point in points if point.path is not None and point.path not in set(left_out)}
+    return {point.path: point for point in points if point.path is not None and point.path not in set(excluded)}
 
 
 @frozen
@@ -44,29 +44,29 @@ class Keys:
 
     rows: Mapping[str, Point]
     """The registers and choices behind them, by path; the two ends of a pair end in ``.0`` and ``.1``."""
-    short: Mapping[str, str]
+    short_forms: Mapping[str, str]
     """Short forms; every vendor has ``setpoint`` and ``output``."""
     events: Mapping[str, str] = field(default_factory=dict)
     """Keys that have an event instead, and the key of that event."""
     parsers: Mapping[str, Parser] = field(default_factory=dict)
     """How a register's value is written, by path."""
-    parser: Callable[[Word], Parser] = lambda _word: parse_number
+    default_parser: Callable[[Word], Parser] = lambda _word: parse_number
     """How the value of any other register is written."""
 
     def find(self, path: tuple[str, ...]) -> list[Point]:
         """The registers behind a key: one, or both ends of a pair of limits; refuses what cannot be set."""
-        key = self.short.get(dotted_text(path), dotted_text(path))
+        key = self.short_forms.get(dotted_text(path), dotted_text(path))
         if key in self.events:
             refuse("set_key", f"{key} is an event of its own", help=f"write {self.events[key]}: in place of set:")
         if key in self.rows:
             return [self.rows[key]]
         if f"{key}.0" in self.rows:
             return [self.rows[f"{key}.0"], self.rows[f"{key}.1"]]
-        setpoint = self.short["setpoint"]
+        setpoint = self.short_forms["setpoint"]
         same = [row for name, row in self.rows.items() if name.rpartition(".")[2] == key and name != setpoint]
         if len(same) == 1:
             return same
-        known = [*self.short, *self.rows]
+        known = [*self.short_forms, *self.rows]
         near = key_of_term(key, known) or next(iter(difflib.get_close_matches(key, known, 1, 0.5)), None)
         cure = f"did you mean {near}?" if near else "write a key of the loop's configuration"
         return refuse("set_key", f"{key!r} is nothing that can be set in a running loop", help=cure)
@@ -91,7 +91,7 @@ class Keys:
         choices = choices_of(row)
         if choices is None:
             word: Any = row
-            parser = self.parsers.get(str(row.path)) or self.parser(word)
+            parser = self.parsers.get(str(row.path)) or self.default_parser(word)
             return parser(value)
         if set(choices) == {False, True}:
             return parse_flag(value)
@@ -120,7 +120,7 @@ def check_fit(rows: list[Point], value: Any, encode: Callable[[Point, Any], int]
             unit = _unit(row, item)
             between = "" if error.low is None else f": {error.low} to {error.high}{unit}"
             message = f"{item}{unit} does not fit its word: it {error}{between}"
-            refuse("set_value", message, help=FITS)
+            refuse("set_value", message, help=FITS_HELP)
 
 
 def _unit(row: Point, item: object) -> str:
@@ -135,9 +135,9 @@ def _unit(row: Point, item: object) -> str:
 # of its table of parameters.
 
 
-def parameters_of(tables: Iterable[ParameterTable], left_out: Iterable[str] = ()) -> dict[str, Parameter]:
-    """Every parameter that is not ``left_out``, by its name."""
-    return {row.name: row for table in tables for row in table.rows if row.name not in set(left_out)}
+def parameters_of(tables: Iterable[ParameterTable], excluded: Iterable[str] = ()) -> dict[str, Parameter]:
+    """Every parameter that is not ``excluded``, by its name."""
+    return {row.name: row for table in tables for row in table.rows if row.name not in set(excluded)}
 
 
 def parse_plain(value: object) -> Decimal:
@@ -167,7 +167,7 @@ class Seconds(float):
     """A time that was written with a unit, where the other form of the equation wants a gain."""
 
 
-BY_KIND: Mapping[str, ContentParser] = {
+PARSERS_BY_KIND: Mapping[str, ContentParser] = {
     "bool": parse_switch,
     "whole": parse_whole,
     "real": parse_plain,
@@ -183,43 +183,43 @@ class NamedKeys:
 
     rows: Mapping[str, Parameter]
     """By name."""
-    short: Mapping[str, str]
+    short_forms: Mapping[str, str]
     """Short forms by key, with the names that they stand for; every vendor has ``setpoint`` and ``output``."""
     events: Mapping[str, str] = field(default_factory=dict)
     """Keys that have an event instead, and the key of that event."""
-    fixed: Mapping[str, str] = field(default_factory=dict)
+    unsettable: Mapping[str, str] = field(default_factory=dict)
     """Names that cannot be set from outside, and what writes them."""
     parsers: Mapping[str, ContentParser] = field(default_factory=dict)
     """How a parameter's value is written, by name, where its type does not tell."""
 
     def find(self, path: tuple[str, ...]) -> Parameter:
         """The parameter behind a key; refuses what cannot be set."""
-        key = self.short.get(dotted_text(path), dotted_text(path))
+        key = self.short_forms.get(dotted_text(path), dotted_text(path))
         if key in self.events:
             refuse("set_key", f"{key} is an event of its own", help=f"write {self.events[key]}: in place of set:")
-        if key in self.fixed:
-            refuse("set_key", f"{key} cannot be set: {self.fixed[key]}")
+        if key in self.unsettable:
+            refuse("set_key", f"{key} cannot be set: {self.unsettable[key]}")
         if key in self.rows:
             return self.rows[key]
         return refuse("set_key", f"{key!r} is nothing that can be set in a running loop", help=self._cure(key))
 
     def parse(self, row: Parameter, value: object) -> Content:
         """A value as its parameter holds it, read as strictly as in the configuration file."""
-        parsed = (self.parsers.get(row.name) or BY_KIND[row.type.kind])(value)
+        parsed = (self.parsers.get(row.name) or PARSERS_BY_KIND[row.type.kind])(value)
         if row.type.kind == "word" and parsed not in row.type.words:
             refuse("choice", f"{value!r} is none of {', '.join(row.type.words)}")
         try:
             return store_content(row.type, parsed)
         except EncodeError as error:
             between = "" if error.low is None else f": {error.low} to {error.high}"
-            return refuse("set_value", f"{value} does not fit a {row.type.name}: it {error}{between}", help=FITS)
+            return refuse("set_value", f"{value} does not fit a {row.type.name}: it {error}{between}", help=FITS_HELP)
 
     def check(self, path: tuple[str, ...], value: object) -> Content:
         """The content that a value makes of a key's parameter; a ``PydanticCustomError`` says what is wrong."""
         return self.parse(self.find(path), value)
 
     def _cure(self, key: str) -> str:
-        known = [*self.short, *self.rows]
+        known = [*self.short_forms, *self.rows]
         alike = {name.lower(): name for name in known}
         if key.lower() in alike:
             return f"write {alike[key.lower()]}: upper and lower case count"
@@ -251,16 +251,16 @@ NO_REGISTER, NO_VALUE, NOT_NOW = 2, 3, 4
 """Exceptions of D873."""
 
 
-class Done(NamedTuple):
+class WriteResult(NamedTuple):
     """What a write has done, in words, and the mode that it requested, if it did."""
 
     text: str
     mode: str | None = None
 
     @classmethod
-    def setting(cls, key: object, value: object, late: str | None, mode: str | None = None) -> Done:
-        """A value that has been set; ``late`` says why it has no effect yet."""
-        return cls(f"set {key} to {value}" + (f"; {late}" if late else ""), mode)
+    def setting(cls, key: object, value: object, no_effect: str | None, mode: str | None = None) -> WriteResult:
+        """A value that has been set; ``no_effect`` says why it has no effect yet."""
+        return cls(f"set {key} to {value}" + (f"; {no_effect}" if no_effect else ""), mode)
 
 
 NO_LOOP = -1
@@ -272,7 +272,7 @@ class Registers(ABC):
     _rows: Mapping[Any, tuple[int, Any]]
     """The registers of loops, each with its loop and its row of the map."""
 
-    def places(self) -> dict[Any, int]:
+    def loops_by_register(self) -> dict[Any, int]:
         """Every register that there is, with its loop."""
         return {number: loop for number, (loop, _) in self._rows.items()}
 
@@ -285,11 +285,11 @@ class Registers(ABC):
         return {number: contents[row.name] for number, (i, row) in self._rows.items() if i == loop}
 
     @abstractmethod
-    def write(self, number: Any, raw: int, signals: MutableSequence[float]) -> Done:
+    def write(self, number: Any, raw: int, signals: MutableSequence[float]) -> WriteResult:
         """Writes a register as an operator's panel does. Raises `RegisterError`."""
 
     @staticmethod
-    def read_only(name: str, row: Word) -> RegisterError:
+    def read_only_error(name: str, row: Word) -> RegisterError:
         """The refusal of a write to a register that only the controller writes."""
         return RegisterError(NO_REGISTER, f"{name} ({row.title}) is written by the PLC alone")
 

@@ -11,7 +11,7 @@ from pydantic_core import PydanticCustomError
 from pidcfg.schemas.expressions import FUNCTIONS, NUMBER
 from pidcfg.schemas.numbers import parse_number
 from pidcfg.schemas.scenario import Bound, Event, Expectation, ForbiddenMode, Plant, Scenario
-from pidcfg.sim.controllers.plc import IN_CONTROL, TICKS, Plc
+from pidcfg.sim.controllers.plc import CONTROL_MODES, TICKS, Plc
 from pidcfg.sim.engine.expressions import Problem, unknown_name
 from pidcfg.text.paths import Path, dotted_text, leaves, parse_path
 
@@ -39,18 +39,18 @@ UNITS = {
 def check_expectation(path: Path, expectation: Expectation, scenario: Scenario, plc: Plc) -> Iterator[Problem]:
     """One subject with the keys that go with it, and a bound."""
     fields = type(expectation).model_fields
-    present = {fields[name].alias or name for name in expectation.model_fields_set}
-    subjects = [key for key in SUBJECTS if key in present]
+    given_keys = {fields[name].alias or name for name in expectation.model_fields_set}
+    subjects = [key for key in SUBJECTS if key in given_keys]
     if len(subjects) != 1:
         message = f"an expectation about {' and '.join(subjects)}" if subjects else "an expectation about nothing"
         yield Problem(path, message, help=f"one of {', '.join(SUBJECTS)} is expected", key=True)
         return
     subject = subjects[0]
-    for key in sorted(present - SUBJECTS[subject] - {"share"}):
+    for key in sorted(given_keys - SUBJECTS[subject] - {"share"}):
         keys = ", ".join(sorted(SUBJECTS[subject]))
         yield Problem((*path, key), f"{key} does not go with {subject}", help=f"known keys here: {keys}", key=True)
     yield from _check_names(path, subject, expectation, plc, scenario)
-    yield from _check_bounds(path, subject, expectation, present)
+    yield from _check_bounds(path, subject, expectation, given_keys)
     yield from _check_possible(path, subject, expectation, scenario.duration)
     if expectation.share is not None and not 0 < expectation.share < 100:
         cure = "without share no sample may fail" if expectation.share >= 100 else "write it like 99 %"
@@ -76,7 +76,7 @@ def _check_names(path: Path, subject: str, expectation: Expectation, plc: Plc, s
     elif expectation.loop is None and subject not in {"signal", "flag"}:
         yield Problem((*path, subject), f"{subject} needs a loop", help="add 'loop: …'", key=True)
     plants = [text.name for text in scenario.plants.values() if text.name]
-    known = {
+    names = {
         "signal": [name for name in plc.signals if name] + [*scenario.signals, *plants],
         "alarm": list(plc.alarm_bits),
         "mode": list(plc.modes),
@@ -87,30 +87,30 @@ def _check_names(path: Path, subject: str, expectation: Expectation, plc: Plc, s
     if isinstance(name, ForbiddenMode):
         name, path = name.mode, (*path, "mode")
         subject = "never"
-    if known is not None and name not in known:
+    if names is not None and name not in names:
         yield unknown_name(
-            (*path, subject), {"autotune": "result of auto-tune", "never": "mode"}.get(subject, subject), name, known
+            (*path, subject), {"autotune": "result of auto-tune", "never": "mode"}.get(subject, subject), name, names
         )
 
 
-def _check_bounds(path: Path, subject: str, expectation: Expectation, present: set[str]) -> Iterator[Problem]:
+def _check_bounds(path: Path, subject: str, expectation: Expectation, given_keys: set[str]) -> Iterator[Problem]:
     """Something must be demanded, in a unit that fits."""
     needs = {"metric": {"min", "max"}, "signal": {"min", "max", "final"}, "alarm": {"never", "at", "before", "after"}}
-    if subject in needs and not needs[subject] & present:
+    if subject in needs and not needs[subject] & given_keys:
         yield Problem(
             path, f"nothing is expected of the {subject}", help=f"add {' or '.join(sorted(needs[subject]))}", key=True
         )
-    if subject == "autotune" and expectation.autotune in {"done", "error"} and {"min", "max"} & present:
+    if subject == "autotune" and expectation.autotune in {"done", "error"} and {"min", "max"} & given_keys:
         yield Problem(path, f"{expectation.autotune} is true or false", help="use 'is: true'", key=True)
-    if ("final" in present) != ("tolerance" in present) and subject == "signal":
+    if ("final" in given_keys) != ("tolerance" in given_keys) and subject == "signal":
         yield Problem(path, "final and tolerance belong together", help="final: 50, tolerance: 0.5", key=True)
     if (
         subject == "alarm"
-        and "never" in present
-        and ({"at", "after"} & present or ("before" in present and not expectation.never))
+        and "never" in given_keys
+        and ({"at", "after"} & given_keys or ("before" in given_keys and not expectation.never))
     ):
         yield Problem((*path, "never"), "an alarm that never comes has no time; 'before' may limit it", key=True)
-    if isinstance(expectation.mode, ForbiddenMode) and "at" in present:
+    if isinstance(expectation.mode, ForbiddenMode) and "at" in given_keys:
         yield Problem((*path, "at"), "a mode that never comes has no time", key=True)
     if expectation.band is not None and not (expectation.metric == "settling_time" and 0 < expectation.band < 100):
         yield Problem(
@@ -157,7 +157,7 @@ def _check_possible(path: Path, subject: str, expectation: Expectation, duration
 
 # --- What a scenario's schema cannot say: which keys go together, and names that only the configuration knows ---------
 
-LEAST_SAMPLES = 10
+MIN_SAMPLES = 10
 """Of a loop: in fewer nothing of it can be judged."""
 LARGEST_NUMBER = Decimal("1e12")
 """Largest magnitude of a plant's number; larger ones are typing mistakes and would overflow the arithmetic."""
@@ -219,7 +219,7 @@ def check_scenario(scenario: Scenario, plc: Plc) -> Iterator[Problem]:
     yield from _check_standing(scenario, plc)
 
 
-def _most_tolerance(tolerance: Bound, pv_range: tuple[float, float] | None) -> float:
+def _max_tolerance(tolerance: Bound, pv_range: tuple[float, float] | None) -> float:
     """The span of a PV in the unit of a tolerance; without end where there is no range."""
     if tolerance.unit == "%":
         return 100.0
@@ -240,11 +240,11 @@ def _check_standing(scenario: Scenario, plc: Plc) -> Iterator[Problem]:
             cure = "write it in the PV's unit, or in % of its span"
             message = f"the tolerance of {name} is {tolerance.value:f}{tolerance.unit}; it must be above 0"
             yield Problem(("tolerance", name), message, "value", help=cure)
-        elif tolerance.value >= (most := _most_tolerance(tolerance, plc.pv_range(plc.loops.index(name)))):
+        elif tolerance.value >= (max_tolerance := _max_tolerance(tolerance, plc.pv_range(plc.loops.index(name)))):
             message = (
                 f"a tolerance of {tolerance.value:f}{tolerance.unit and ' %'} passes whatever the PV of {name} does"
             )
-            cure = f"write less than {most:g}{tolerance.unit and ' %'}, the span"
+            cure = f"write less than {max_tolerance:g}{tolerance.unit and ' %'}, the span"
             yield Problem(("tolerance", name), message, "value", help=cure)
     for key in ("assumed_signs", "loops"):
         for i, name in enumerate(getattr(scenario, key) or ()):
@@ -259,17 +259,17 @@ def _check_length(scenario: Scenario, plc: Plc) -> Iterator[Problem]:
     """A run in which nothing can be judged: shorter than a sample, or with too few of them for every loop (D562)."""
     cure = "nothing can be judged; let the scenario run longer"
     periods = [config.period for config in plc.configs[: len(plc.loops)]]
-    judged = [
+    judged_periods = [
         period
-        for name, goal, period in zip(plc.loops, plc.goals, periods, strict=True)
-        if goal in IN_CONTROL and period and (scenario.loops is None or name in scenario.loops)
+        for name, goal, period in zip(plc.loops, plc.initial_modes, periods, strict=True)
+        if goal in CONTROL_MODES and period and (scenario.loops is None or name in scenario.loops)
     ]
-    slowest, fewest = max(periods, default=0), LEAST_SAMPLES * min(judged, default=0)
+    slowest, fewest = max(periods, default=0), MIN_SAMPLES * min(judged_periods, default=0)
     if 0 < scenario.duration * TICKS < slowest:
         message = f"{scenario.duration:f} s are shorter than a sample of the slowest loop, {slowest / TICKS:g} s"
         yield Problem(("duration",), message, "value", help=cure)
     elif 0 < scenario.duration * TICKS < fewest:
-        message = f"{scenario.duration:f} s are shorter than {LEAST_SAMPLES} samples of any loop, {fewest / TICKS:g} s"
+        message = f"{scenario.duration:f} s are shorter than {MIN_SAMPLES} samples of any loop, {fewest / TICKS:g} s"
         yield Problem(("duration",), message, "value", help=cure)
 
 
@@ -313,15 +313,15 @@ def _check_value(path: Path, loop: str, plc: Plc, keys: tuple[str, ...], value: 
 def check_plant(path: Path, plant: Plant) -> Iterator[Problem]:
     """Numbers within reason, and the keys that the model needs."""
     plant_keys = tuple(key for key in OWN_KEYS if key in plant.model_fields_set)
-    allowed = MODEL_KEYS[plant.model]
+    allowed_keys = MODEL_KEYS[plant.model]
     for key in plant_keys:
-        if not any(key in keys for keys in allowed):
-            takes = " or ".join(" and ".join(keys) for keys in allowed if keys) or "none of its own"
+        if not any(key in keys for keys in allowed_keys):
+            takes = " or ".join(" and ".join(keys) for keys in allowed_keys if keys) or "none of its own"
             yield Problem((*path, key), f"{plant.model} has no {key}", help=f"it takes {takes}", key=True)
-    if not any(set(plant_keys) == set(keys) for keys in allowed) and all(
-        any(k in keys for keys in allowed) for k in plant_keys
+    if not any(set(plant_keys) == set(keys) for keys in allowed_keys) and all(
+        any(k in keys for keys in allowed_keys) for k in plant_keys
     ):
-        expectation = " or ".join(" and ".join(keys) for keys in allowed if keys)
+        expectation = " or ".join(" and ".join(keys) for keys in allowed_keys if keys)
         yield Problem(
             (*path, "model"), f"{plant.model} needs {expectation}", help="add it, and nothing else of the two"
         )
@@ -384,7 +384,7 @@ def _check_event(path: Path, event: Event, scenario: Scenario, plc: Plc) -> Iter
         yield Problem((*path, "for"), "'for' is the time above 0 that a sensor stays broken (pv)", key=True)
     if event.loop is not None and event.loop not in plc.loops:
         yield unknown_name((*path, "loop"), "loop", event.loop, plc.loops)
-    elif event.loop in plc.wired and action == "pv":
+    elif event.loop in plc.wired_loops and action == "pv":
         message = f"the PV of {event.loop} comes from the PLC's program; set the signal that it is made of"
         yield Problem((*path, "pv"), message, key=True)
     elif event.loop is None and action in LOOP_ACTIONS:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from pidcfg.sim.engine import kernel
 from pidcfg.sim.engine.kernel import (
-    LISTS,
+    LIST_STORAGE,
     LOG_COLUMNS,
     LOG_ROWS,
     Log,
@@ -60,10 +60,10 @@ def choose_engine(
     engine: EngineName,
     loop_steps: int,
     controller: Controller,
-    calls: tuple[Callable[..., object], ...] = (),
+    kernels: tuple[Callable[..., object], ...] = (),
     runs: int | None = None,
 ) -> Literal["python", "numba"]:
-    """The engine of a run of ``loop_steps`` that ``calls`` these kernels beside `kernel.advance`.
+    """The engine of a run of ``loop_steps`` that ``kernels`` these kernels beside `kernel.advance`.
 
     ``runs``: of a call in which others follow that are taken to be like this one; what has run before it, in this
     process or another, then has no part in the choice. None: it stands alone, and kernels that were kept count.
@@ -75,26 +75,28 @@ def choose_engine(
         return "numba" if work >= COPYING_TIME else "python"
     if work < LOADING_TIME or not is_installed():
         return "python"
-    compiles = work >= LOADING_TIME + 1_000_000 * controller.COST.compiling
-    return "numba" if compiles or _in_cache(controller.scan, inlined_kernels(controller), calls) else "python"
+    compiles = work >= LOADING_TIME + 1_000_000 * controller.COST.compile_seconds
+    return "numba" if compiles or _in_cache(controller.scan, inlined_kernels(controller), kernels) else "python"
 
 
 @cache
-def _in_cache(scan: Scan, inlined: tuple[Callable[..., object], ...], calls: tuple[Callable[..., object], ...]) -> bool:
+def _in_cache(
+    scan: Scan, inlined: tuple[Callable[..., object], ...], kernels: tuple[Callable[..., object], ...]
+) -> bool:
     """Whether the compiled kernels of a run lay in the cache when this process first asked."""
     if not holds_entries(KERNEL_FOLDER):
         return False
     from pidcfg.sim.engine import compile as compiler
 
-    of_vendor = (kernel.advance, *(f for f in calls if f in ENTRY_KERNELS))
-    return compiler.is_cached(of_vendor, ENTRY_KERNELS, {kernel.scan: scan}, inlined) and (
-        draw_normals not in calls or compiler.is_cached([draw_normals], [draw_normals], {}, NOISE_KERNELS)
+    vendor_kernels = (kernel.advance, *(f for f in kernels if f in ENTRY_KERNELS))
+    return compiler.is_cached(vendor_kernels, ENTRY_KERNELS, {kernel.scan: scan}, inlined) and (
+        draw_normals not in kernels or compiler.is_cached([draw_normals], [draw_normals], {}, NOISE_KERNELS)
     )
 
 
 def calls_of(scenario: Scenario, net: Network) -> tuple[Callable[..., object], ...]:
     """The kernels that a run calls beside `kernel.advance`."""
-    return (kernel.settle,) * (scenario.initial == "steady") + (draw_normals,) * bool(net.noisy)
+    return (kernel.settle,) * (scenario.initial == "steady") + (draw_normals,) * bool(net.noisy_plants)
 
 
 def is_installed() -> bool:
@@ -138,14 +140,14 @@ class Machine:
     """Slots of the signals that the PLC writes."""
     held_signals: dict[int, float] = field(default_factory=dict)
     """What stood in those that events have written since the last base step."""
-    plants_at: int = 0
+    plants_step: int = 0
     """The base step to which the plants have come."""
     reference: HeldNetwork | None = None
 
     def __post_init__(self) -> None:
         self._place_data()
         self.log = array("q", bytes(8 * LOG_COLUMNS * (LOG_ROWS + len(self.meters))))
-        given = set(self.net.outside.values())
+        given = set(self.net.outside_signals.values())
         self.outputs = [slot for slot, name in enumerate(self.plc.signals) if name and slot not in given]
 
     def _place_data(self) -> None:
@@ -174,7 +176,7 @@ class Machine:
             net.delay = array("d", net.delay)
         if self.plant_group.parts != net.parts or self.plant_group.delay is not net.delay:
             self.plant_group = self.plant_group._replace(parts=net.parts, delay=net.delay)
-        self.counts[0] = self.counts[1] = self.counts[2] = self.plants_at = 0
+        self.counts[0] = self.counts[1] = self.counts[2] = self.plants_step = 0
         self.held_signals.clear()
         self.noise = NO_NOISE
 
@@ -187,30 +189,30 @@ class Machine:
         """Bring the plants to base step ``k`` with the outputs of the step before, which events have overwritten."""
         net, signals, pool = self.net, self.net.signal_values, self.net.pool
         event_values = {slot: signals[slot] for slot in self.held_signals}
-        if k > self.plants_at:
+        if k > self.plants_step:
             for slot, value in self.held_signals.items():
                 signals[slot] = value
             step_plants(k, net.parts, net.plants, net.delay, signals, pool.code, pool.constants, self.stack)
-            self.plants_at = k
+            self.plants_step = k
         for slot, value in event_values.items():
             signals[slot] = value
         self.held_signals.clear()
 
-    def advance(self, k: int, last: int, zero: int, final: int, every: int) -> int:
+    def advance(self, k: int, last: int, zero: int, final: int, interval: int) -> int:
         """`kernel.advance` with this run's data."""
         if self.held_signals:
             self.move_plants(k)
-        if self.log_group is None or self.log_group.trend is not self.trend or self.log_group.every != every:
-            self.log_group = Log(self.log, self.trend, self.counts, self.trend_slots, every)
+        if self.log_group is None or self.log_group.trend is not self.trend or self.log_group.interval != interval:
+            self.log_group = Log(self.log, self.trend, self.counts, self.trend_slots, interval)
         if self.reference is not None:
             self.reference.follow_events()
         reference = NO_REFERENCE if self.reference is None else self.reference.kernel_arguments
         groups = self.plant_group, self.noise, self.loop_group, self.meter_group, self.log_group, reference
-        return self.kernels.advance(k, last, zero, final, self.plants_at, *groups)
+        return self.kernels.advance(k, last, zero, final, self.plants_step, *groups)
 
-    def settle(self, k: int, steps: int, most: int, spans: Sequence[Span]) -> int:
+    def settle(self, k: int, steps: int, max_windows: int, spans: Sequence[Span]) -> int:
         """`kernel.settle` with this run's data."""
-        return self.kernels.settle(k, steps, most, self.plants_at, self.plant_group, self.loop_group, spans)
+        return self.kernels.settle(k, steps, max_windows, self.plants_step, self.plant_group, self.loop_group, spans)
 
 
 class Kernels(NamedTuple):
@@ -220,7 +222,7 @@ class Kernels(NamedTuple):
     settle: Callable[[int, int, int, int, World, Loops[Any, Any], Sequence[Span]], int]
     normals: Callable[[], Normals | None] = lambda: None
     """`pidcfg.sim.engine.plants.draw_normals`, compiled for the first run that has noise; None: Python draws it."""
-    storage: Storage = LISTS
+    storage: Storage = LIST_STORAGE
     """How the data lie on which they work."""
 
 
@@ -278,6 +280,6 @@ def fast_normals() -> Normals | None:
     from pidcfg.sim.engine import compile as compiler
 
     fast = compiler.call_on_arrays(
-        compiler.compile_functions([draw_normals], inlined=NOISE_KERNELS)[draw_normals], draw_normals, {}
+        compiler.compile_functions([draw_normals], inlined_kernels=NOISE_KERNELS)[draw_normals], draw_normals, {}
     )
     return fast if draws_as_python(fast) else None

@@ -68,24 +68,24 @@ NUMBA_OPTIONS: dict[str, Any] = {"error_model": "numpy", "no_cfunc_wrapper": Tru
 
 def compile_functions(
     functions: Iterable[Kernel],
-    replaced: Mapping[Kernel, Kernel] | None = None,
-    inlined: Iterable[Kernel] = (),
+    replacements: Mapping[Kernel, Kernel] | None = None,
+    inlined_kernels: Iterable[Kernel] = (),
 ) -> dict[Kernel, Kernel]:
     """The functions and all they call as numba dispatchers, by the original; compiled at their first call.
 
-    Only ``functions`` can be called from Python. ``inlined``: kernels on the hot path, whose calls would cost
+    Only ``functions`` can be called from Python. ``inlined_kernels``: kernels on the hot path, whose calls would cost
     more than they save. No fastmath.
     """
-    swap, entries, hot = with_native(replaced), set(functions), set(inlined)
-    originals = reachable_kernels(sorted(entries, key=full_name), swap)
-    key = fingerprint(originals, swap, hot)
+    swaps, entries, hot = add_native_kernels(replacements), set(functions), set(inlined_kernels)
+    originals = reachable_kernels(sorted(entries, key=full_name), swaps)
+    key = fingerprint(originals, swaps, hot)
     built: dict[Kernel, Kernel] = {}
     for f in originals:
         options = NUMBA_OPTIONS | {"forceinline": f in hot, "no_cpython_wrapper": f not in entries}
         built[f] = numba.njit(**options)(copy_function(f))
         if f in entries:
             vars(built[f])["_cache"] = KernelCache(entry_name(key, f))
-    connect_kernels(originals, built, swap)
+    connect_kernels(originals, built, swaps)
     return built
 
 
@@ -94,12 +94,12 @@ def native_single(x: float) -> float:
     return float(np.float32(x))
 
 
-def with_native(replaced: Mapping[Kernel, Kernel] | None) -> dict[Kernel, Kernel]:
+def add_native_kernels(replacements: Mapping[Kernel, Kernel] | None) -> dict[Kernel, Kernel]:
     """Replacements, with those of kernels that cannot be compiled as they are."""
-    return {single: native_single, **(replaced or {})}
+    return {single: native_single, **(replacements or {})}
 
 
-def reachable_kernels(functions: Iterable[Kernel], replaced: Mapping[Kernel, Kernel]) -> list[Kernel]:
+def reachable_kernels(functions: Iterable[Kernel], replacements: Mapping[Kernel, Kernel]) -> list[Kernel]:
     """The functions and everything that they call, in a fixed order."""
     kernels: dict[Kernel, None] = {}
     waiting = list(functions)
@@ -107,7 +107,7 @@ def reachable_kernels(functions: Iterable[Kernel], replaced: Mapping[Kernel, Ker
         f = waiting.pop()
         if f not in kernels:
             kernels[f] = None
-            waiting += [replaced.get(callee, callee) for _, callee in callees(f)]
+            waiting += [replacements.get(callee, callee) for _, callee in callees(f)]
     return list(kernels)
 
 
@@ -119,13 +119,13 @@ def copy_function(f: Kernel) -> FunctionType:
 
 
 def connect_kernels(
-    originals: Iterable[Kernel], built: Mapping[Kernel, Kernel], replaced: Mapping[Kernel, Kernel]
+    originals: Iterable[Kernel], built: Mapping[Kernel, Kernel], replacements: Mapping[Kernel, Kernel]
 ) -> None:
     """In the globals of each copy, put the built function where an original one stands."""
     for f in originals:
         scope = getattr(built[f], "py_func", built[f]).__globals__
         for name, callee in callees(f):
-            target = replaced.get(callee, callee)
+            target = replacements.get(callee, callee)
             scope[name] = built.get(target, target)
 
 
@@ -187,10 +187,10 @@ class Rows(list[Any]):
         return rows
 
 
-def copy_into_arrays(into: Any, present: Any) -> None:
-    """Writes what some numbers or objects in an array hold, ``present``, into others."""
-    if into:
-        memory, other = (item.memory if isinstance(item, Rows) else memoryview(item) for item in (into, present))
+def copy_into_arrays(target: Any, source: Any) -> None:
+    """Writes what some numbers or objects in an array hold, ``source``, into others."""
+    if target:
+        memory, other = (item.memory if isinstance(item, Rows) else memoryview(item) for item in (target, source))
         memory[:] = other
 
 
@@ -311,22 +311,24 @@ def entry_name(key: str, f: Kernel) -> str:
 def is_cached(
     called: Iterable[Kernel],
     functions: Iterable[Kernel],
-    replaced: Mapping[Kernel, Kernel],
-    inlined: Iterable[Kernel] = (),
+    replacements: Mapping[Kernel, Kernel],
+    inlined_kernels: Iterable[Kernel] = (),
 ) -> bool:
     """Whether those of the compiled functions that are called lie in the cache: a second then, not a quarter minute."""
-    swap = with_native(replaced)
-    key = fingerprint(reachable_kernels(sorted(set(functions), key=full_name), swap), swap, inlined)
+    swaps = add_native_kernels(replacements)
+    key = fingerprint(reachable_kernels(sorted(set(functions), key=full_name), swaps), swaps, inlined_kernels)
     return all(read_entry(entry_name(key, f)) for f in called)
 
 
-def fingerprint(functions: Sequence[Kernel], replaced: Mapping[Kernel, Kernel], inlined: Iterable[Kernel] = ()) -> str:
+def fingerprint(
+    functions: Sequence[Kernel], replacements: Mapping[Kernel, Kernel], inlined_kernels: Iterable[Kernel] = ()
+) -> str:
     """A hash of everything that decides the compiled code: bytecode, constants by value, who calls whom, versions."""
     versions = (sys.version, numba.__version__, np.__version__)
-    digest = hashlib.sha256(repr((versions, NUMBA_OPTIONS, sorted(map(full_name, set(inlined))))).encode())
+    digest = hashlib.sha256(repr((versions, NUMBA_OPTIONS, sorted(map(full_name, set(inlined_kernels))))).encode())
     for f in functions:
         code = f.__code__
-        calls = [(n, full_name(replaced.get(callee, callee))) for n, callee in callees(f)]
+        calls = [(n, full_name(replacements.get(callee, callee))) for n, callee in callees(f)]
         facts = (full_name(f), f.__defaults__, code.co_consts, code.co_names, code.co_varnames, constants(f), calls)
         digest.update(code.co_code + repr(facts).encode())
     return digest.hexdigest()[:24]

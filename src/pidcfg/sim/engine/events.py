@@ -9,7 +9,7 @@ from operator import or_
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from pidcfg.schemas.numbers import parse_number
-from pidcfg.sim.controllers.plc import IN_CONTROL, SETPOINT, TICKS, Plc, steps_until
+from pidcfg.sim.controllers.plc import CONTROL_MODES, SETPOINT, TICKS, Plc, steps_until
 from pidcfg.sim.engine.kernel import LOG_COLUMNS
 from pidcfg.sim.engine.plants import numbers_of, set_parameters
 from pidcfg.sim.judgement.meters import begin_step, break_sensor, cut_off, end_step, repair_sensor, want_mode
@@ -53,9 +53,9 @@ class _Trial:
         self.plc: Plc | None = None
         self.signal_values: list[float] = []
         self.numbers = {name: numbers_of(text) for name, (_, text) in net.texts.items()}
-        self.signals: dict[str, float] = {name: net.signal_values[slot] for name, slot in net.outside.items()}
+        self.signals: dict[str, float] = {name: net.signal_values[slot] for name, slot in net.outside_signals.items()}
         self.signals |= {name: float(value) for name, value in scenario.signals.items()}
-        self.live: set[str | None] = set()
+        self.plc_written: set[str | None] = set()
         """Loops whose parameters the PLC may have written itself; None: all."""
         self.running = True
 
@@ -78,7 +78,7 @@ class _Trial:
             self.running = event.plc == "run"
             if self.running == was:
                 return False
-        self.live.add(event.loop)
+        self.plc_written.add(event.loop)
         return True
 
     def _input_value(self, keys: tuple[str, ...], value: object) -> float:
@@ -92,7 +92,7 @@ class _Trial:
         if self.plc is None or not self.signal_values:
             self.plc = self.plc or self.new_plc()
             self.signal_values = list(self.plc.signal_values)
-        plc, i, changed = self.plc, self.plc.loops.index(loop), bool(self.live & {loop, None})
+        plc, i, changed = self.plc, self.plc.loops.index(loop), bool(self.plc_written & {loop, None})
         for keys, value, _ in leaves(values):
             before = self._loop_contents(i)
             plc.set(i, keys, plc.check_set(i, keys, value), self.signal_values)
@@ -117,7 +117,7 @@ def _update_numbers(present: dict[str, float], new: Any) -> bool:
 
 Entry = TypeVar("Entry", Alarm, ModeChange, Note)
 
-MOST_LISTED = 1_000
+MAX_LISTED = 1_000
 """Alarms, mode changes and notes that are listed for a loop; so that a chattering alarm does not fill the memory."""
 
 
@@ -127,18 +127,18 @@ class Journal:
 
     plc: Plc
     dt: float
-    requested: list[str] = field(default_factory=list)
+    requested_modes: list[str] = field(default_factory=list)
     """The mode that was requested last, by loop."""
     loops: list[LoopReport] = field(default_factory=list)
-    mode: list[str] = field(default_factory=list)
+    modes: list[str] = field(default_factory=list)
     active_alarms: list[dict[str, float]] = field(default_factory=list)
     flags_since: list[dict[str, float]] = field(default_factory=list)
     """When each flag that is on came on, by loop."""
     profile_steps: list[tuple[str, float]] = field(default_factory=list)
     """The step of a set-point profile and its beginning, by loop."""
-    status: list[int] = field(default_factory=list)
-    """Every status bit that was on at any time, by loop; likewise ``aux``."""
-    aux: list[int] = field(default_factory=list)
+    seen_status: list[int] = field(default_factory=list)
+    """Every status bit that was on at any time, by loop; likewise ``seen_aux``."""
+    seen_aux: list[int] = field(default_factory=list)
 
     last_status: list[tuple[int, int] | None] = field(default_factory=list)
     """The status words of the last row, by loop."""
@@ -151,15 +151,15 @@ class Journal:
         plc = self.plc
         groups = (plc.modes, plc.alarm_bits, plc.flag_bits)
         self.mode_bits, self.alarm_bits, self.flag_bits = (reduce(or_, group.values(), 0) for group in groups)
-        for goal in self.plc.goals:
-            self.requested.append(goal)
-            self.mode.append("manual" if "manual" in self.plc.modes else goal)
-            self.loops.append(LoopReport(first_mode=self.mode[-1]))
+        for goal in self.plc.initial_modes:
+            self.requested_modes.append(goal)
+            self.modes.append("manual" if "manual" in self.plc.modes else goal)
+            self.loops.append(LoopReport(first_mode=self.modes[-1]))
             self.flags_since.append({})
             self.profile_steps.append(("", 0.0))
             self.active_alarms.append({})
-            self.status.append(0)
-            self.aux.append(0)
+            self.seen_status.append(0)
+            self.seen_aux.append(0)
             self.last_status.append(None)
 
     def read_log(self, log: array[int], rows: int) -> None:
@@ -172,8 +172,8 @@ class Journal:
             time = ten_digits(k * self.dt)
             status_before, aux_before = self.last_status[loop] or (~status, ~aux)
             self.last_status[loop] = status, aux
-            self.status[loop] |= status
-            self.aux[loop] |= aux
+            self.seen_status[loop] |= status
+            self.seen_aux[loop] |= aux
             changed = status ^ status_before
             if notice or changed & self.mode_bits:
                 self._note_mode(time, loop, status, notice)
@@ -191,10 +191,10 @@ class Journal:
         reason, apart = self.plc.describe(notice)
         if apart:
             self._list_entry(loop, self.loops[loop].notes, Note(time, self.plc.loops[loop], apart))
-        if mode == self.mode[loop] and not reason:
+        if mode == self.modes[loop] and not reason:
             return
-        requested = self.plc.requested(notice) if reason else self.requested[loop]
-        self.mode[loop] = mode
+        requested = self.plc.requested_mode(notice) if reason else self.requested_modes[loop]
+        self.modes[loop] = mode
         self._list_entry(loop, self.loops[loop].modes, ModeChange(time, requested, mode, reason or None))
 
     def _note_alarms(self, time: float, loop: int, status: int, changed: int) -> None:
@@ -224,7 +224,7 @@ class Journal:
             self.profile_steps[loop] = (stage, time)
 
     def _list_entry(self, loop: int, entries: list[Entry], entry: Entry) -> None:
-        if len(entries) < MOST_LISTED:
+        if len(entries) < MAX_LISTED:
             entries.append(entry)
         else:
             self.loops[loop].unlisted += 1
@@ -242,13 +242,13 @@ class Journal:
             stage, begun = self.profile_steps[loop]
             report.steps += [Period(stage, begun)] if stage else []
             report.alarms.sort(key=lambda alarm: (alarm.at, list(self.plc.alarm_bits).index(alarm.alarm)))
-            report.flags = {name: bool(self.status[loop] & mask) for name, mask in self.plc.flag_bits.items()}
-            report.flags |= {name: bool(self.aux[loop] & mask) for name, mask in self.plc.aux_bits.items()}
-            report.autotune = self.plc.tuned(loop)
+            report.flags = {name: bool(self.seen_status[loop] & mask) for name, mask in self.plc.flag_bits.items()}
+            report.flags |= {name: bool(self.seen_aux[loop] & mask) for name, mask in self.plc.aux_bits.items()}
+            report.autotune = self.plc.tuning_result(loop)
 
 
 def _list_period(entries: list[Period], entry: Period) -> None:
-    if len(entries) < MOST_LISTED:
+    if len(entries) < MAX_LISTED:
         entries.append(entry)
 
 
@@ -293,10 +293,10 @@ class Agenda:
         """
         actions: list[tuple[int, int, Action]] = [(k, -2, action) for k, action in looks]
         for i, event in enumerate(self.scenario.events):
-            begin = self.at_or_after(event.at)
+            begin = self.first_step(event.at)
             actions.append((begin, 1, partial(self.carry_out, event, i)))
             if event.duration is not None:  # a fault is seen once, however short it is
-                end = max(begin + 1, self.at_or_after(event.at + event.duration))
+                end = max(begin + 1, self.first_step(event.at + event.duration))
                 actions.append((end, 0, partial(self.repair_sensor, event, i)))
         for i, expectation in enumerate(self.scenario.expect):
             if expectation.mode is not None and expectation.at is not None:
@@ -306,7 +306,7 @@ class Agenda:
             if k <= last:
                 yield k, action
 
-    def at_or_after(self, time: Decimal) -> int:
+    def first_step(self, time: Decimal) -> int:
         """The first base step that is not before a time."""
         return steps_until(time, self.step)
 
@@ -351,7 +351,7 @@ class Agenda:
         before = list(self.net.signal_values)
         for keys, value, _ in leaves(event.set):
             name = dotted_text(keys)
-            self.net.signal_values[self.net.outside[name]] = (
+            self.net.signal_values[self.net.outside_signals[name]] = (
                 self.plc.check_input(name, value) if name in self.plc.inputs else float(parse_number(value))
             )
         slots = {slot for slot in self.influence.signals_set(event) if self.net.signal_values[slot] != before[slot]}
@@ -374,7 +374,7 @@ class Agenda:
 
     def begin_step(self, k: int, loop: int, before: float) -> None:
         """Measures from here on how a loop follows its set point, if it controls anything."""
-        if self.plc.mode(self.plc.states[loop].status) in IN_CONTROL and self.influence.is_driven[loop]:
+        if self.plc.mode(self.plc.states[loop].status) in CONTROL_MODES and self.influence.is_driven[loop]:
             self.machine.counts[2] += 1
             period = -(-self.plc.configs[loop].period // self.step)
             begin_step(self.machine.meters[loop], k, before, period, self.net.signal_values)
@@ -387,7 +387,7 @@ class Agenda:
             for_good = end is None or end >= self.scenario.duration
             break_sensor(self.machine.meters[loop], k, for_good=for_good)
         elif event.mode is not None:
-            self.journal.requested[loop] = event.mode
+            self.journal.requested_modes[loop] = event.mode
             self.plc.request(loop, event.mode)
             self.want_mode(k, loop, self.plc.modes[event.mode])
         elif event.ramp_soak is not None:
@@ -398,20 +398,20 @@ class Agenda:
     def write_parameters(self, k: int, loop: int, event: Event) -> str | None:
         """Writes parameters; an event that changes the set point in force starts what is measured from it."""
         signals, config = self.net.signal_values, self.plc.configs[loop]
-        before, changed, of_mode = signals[config.sp_slot], False, False
-        late = []
+        sp_before, sp_changed, sets_mode = signals[config.sp_slot], False, False
+        missing_effects = []
         for keys, value, _ in sorted(leaves(event.set), key=lambda leaf: dotted_text(leaf[0]) != self.plc.form_key):
             present = signals[config.sp_slot]
             effect = self.plc.set(loop, keys, self.plc.check_set(loop, keys, value), signals)
             if effect:
-                late.append(f"{dotted_text(keys)}: {effect}")
-            changed |= dotted_text(keys) in {*SETPOINT, self.plc.setpoint} and signals[config.sp_slot] != present
-            of_mode |= dotted_text(keys) in self.plc.mode_keys
-        if of_mode:
+                missing_effects.append(f"{dotted_text(keys)}: {effect}")
+            sp_changed |= dotted_text(keys) in {*SETPOINT, self.plc.setpoint} and signals[config.sp_slot] != present
+            sets_mode |= dotted_text(keys) in self.plc.mode_keys
+        if sets_mode:
             self.renew_intent(k, loop)
-        if changed:
-            self.begin_step(k, loop, before)
-        return "; ".join(late) or None
+        if sp_changed:
+            self.begin_step(k, loop, sp_before)
+        return "; ".join(missing_effects) or None
 
     def disturb_plant(self, k: int, event: Event) -> None:
         """Replaces numbers of a plant."""
@@ -419,7 +419,7 @@ class Agenda:
         _, text = self.net.texts[name]
         numbers = self.plant_numbers.setdefault(name, numbers_of(text))
         numbers |= {key: float(value) for key, value in (event.disturb or {}).items()}
-        set_parameters(self.net.plants[self.net.plant_of[name]], numbers, self.step / TICKS / self.net.parts)
+        set_parameters(self.net.plants[self.net.plant_index[name]], numbers, self.step / TICKS / self.net.parts)
         for key in event.disturb or {}:
             if f"{name}.{key}" in self.net.parameters:
                 self.net.signal_values[self.net.parameters[f"{name}.{key}"]] = numbers[key]
@@ -428,14 +428,14 @@ class Agenda:
     def look_at_gains(self, k: int) -> None:
         """Notes which loops cannot move their PV from here on, since a plant has no gain."""
         for i, meter in enumerate(self.machine.meters):
-            cut_off(meter, k, cut=self.influence.is_driven[i] and self.influence.is_cut(i))
+            cut_off(meter, k, is_cut=self.influence.is_driven[i] and self.influence.is_cut(i))
 
-    def break_sensor(self, name: str, loop: int, shown: Quantity, number: int) -> None:
+    def break_sensor(self, name: str, loop: int, reading: Quantity, number: int) -> None:
         """The loop's analog input shows one value from now on."""
         low, high, counts = self.plc.scales[loop]
-        value = float(shown.value)
-        channel = self.net.channels[self.net.faults[name]]
-        channel.value = low + value * (high - low) / counts if shown.counts else value
+        value = float(reading.value)
+        channel = self.net.channels[self.net.sensor_channels[name]]
+        channel.value = low + value * (high - low) / counts if reading.counts else value
         channel.broken = 1
         self.broken_sensors[name] = number
 
@@ -443,7 +443,7 @@ class Agenda:
         """The end of a fault, unless a later one has taken its place."""
         if event.loop is not None and self.broken_sensors.get(event.loop) == number:
             self.end_steps(k, event)
-            self.net.channels[self.net.faults[event.loop]].broken = 0
+            self.net.channels[self.net.sensor_channels[event.loop]].broken = 0
             repair_sensor(self.machine.meters[self.plc.loops.index(event.loop)], k)
 
     def switch_cpu(self, k: int, mode: str) -> None:

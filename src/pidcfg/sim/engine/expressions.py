@@ -66,16 +66,16 @@ class Problem:
     """What the PLC shows of it: ``V7642 bit 2``."""
 
 
-class NoValue(NamedTuple):
+class BadValue(NamedTuple):
     """A word or parameter whose content is no value of its format, and what is taken for it.
 
-    ``loop`` is its loop's number. A ``setting`` that is none is an error of the set-up; what the PLC writes itself,
+    ``loop`` is its loop's number. A setting that is none is an error of the set-up; what the PLC writes itself,
     such as the output, only begins the run.
     """
 
     loop: int
     text: str
-    setting: bool = True
+    is_setting: bool = True
 
 
 def unknown_name(path: Path, what: str, name: object, known: Iterable[str], *, key: bool = False) -> Problem:
@@ -87,14 +87,14 @@ def unknown_name(path: Path, what: str, name: object, known: Iterable[str], *, k
     return Problem(path, f"{str(name)[:60]!r} is no {what}", "unknown_name", help=cure, key=key)
 
 
-PARTS = {"output": "out", "mv": "out", "cv": "out", "setpoint": "sp", "sv": "sp", "process_value": "pv"}
+SIGNAL_SYNONYMS = {"output": "out", "mv": "out", "cv": "out", "setpoint": "sp", "sv": "sp", "process_value": "pv"}
 """Other words for the signals of a loop."""
 
 
 def _same_signal(name: str, names: Sequence[str]) -> str | None:
     """The only name that one is in other capitals, by another word, or without its loop."""
     loop, point, part = name.casefold().rpartition(".")
-    wanted = f"{loop}{point}{PARTS.get(part, part)}"
+    wanted = f"{loop}{point}{SIGNAL_SYNONYMS.get(part, part)}"
     folded = [(one.casefold(), one) for one in names]
     for same in (
         [one for text, one in folded if text == name.casefold()],
@@ -113,8 +113,8 @@ def _same_signal(name: str, names: Sequence[str]) -> str | None:
 
 DIVISION_BY_ZERO, ROOT_OF_NEGATIVE, NOT_FINITE = 1.0, 2.0, 3.0
 """Numbers in `FAULTS`, as a float since they stand on the stack."""
-BEYOND = f"a result beyond {LARGEST_VALUE:g}".replace("+", "")
-FAULTS = ("", "division by zero", "square root of a negative number", BEYOND)
+NOT_FINITE_TEXT = f"a result beyond {LARGEST_VALUE:g}".replace("+", "")
+FAULTS = ("", "division by zero", "square root of a negative number", NOT_FINITE_TEXT)
 """Why an expression has no value, by the number that `evaluate` leaves in ``stack[0]``."""
 
 
@@ -151,14 +151,14 @@ def evaluate(
     """The value of the code from ``first`` to ``last``; ``stack[0]`` tells why there is none (kernel)."""
     stack[0] = 0.0
     top = 0
-    for at in range(first, last, 2):
-        op = code[at]
+    for position in range(first, last, 2):
+        op = code[position]
         if op == SIGNAL:
             top += 1
-            stack[top] = signals[code[at + 1]]
+            stack[top] = signals[code[position + 1]]
         elif op == CONSTANT:
             top += 1
-            stack[top] = constants[code[at + 1]]
+            stack[top] = constants[code[position + 1]]
         elif op == NEGATE:
             stack[top] = -stack[top]
         elif op == ABSOLUTE:
@@ -196,17 +196,18 @@ def evaluate(
 
 # --- Whether an expression's value follows one of its signals at all: ``0 * TIC.OUT`` does not ------------------------
 
-MOST_TRIES = 40
+MAX_TRIES = 40
 """Points at which two values of a signal are tried."""
 DECADES = (-2.0, 3.0)
 
 
 def depends_on(
-    value: Callable[[Sequence[float]], float | None], signals: Sequence[float], read: Collection[int], slot: int
+    value: Callable[[Sequence[float]], float | None], signals: Sequence[float], read_slots: Collection[int], slot: int
 ) -> bool:
     """Whether ``value`` of the signals (None: it has none there) is another one at two values of ``slot``.
 
-    All signals that it reads, the slots ``read``, are drawn anew for each try, from 0, 1 and numbers of either sign.
+    All signals that it reads, the slots ``read_slots``, are drawn anew for each try, from 0, 1 and numbers of
+    either sign.
     """
     random = Random(slot)
 
@@ -215,8 +216,8 @@ def depends_on(
         return random.choice((0.0, 1.0, number, number, number, -number))
 
     trial = list(signals)
-    for _ in range(MOST_TRIES):
-        for number in read:
+    for _ in range(MAX_TRIES):
+        for number in read_slots:
             trial[number] = draw_number()
         first = value(trial)
         trial[slot] = draw_number()

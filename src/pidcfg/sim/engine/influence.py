@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 # Every loop's PV moves its output and so does its set point.
 
 
-MOST_EVENTS = 1_000
+MAX_CACHED_EVENTS = 1_000
 """Events of which it is kept what they move."""
 
 
@@ -37,30 +37,30 @@ class Influence:
 
     net: Network
     plc: Plc
-    moves: dict[int, set[int]] = field(default_factory=lambda: defaultdict(set))
+    followers: dict[int, set[int]] = field(default_factory=lambda: defaultdict(set))
     is_driven: list[bool] = field(default_factory=list)
     """Whether each loop's output moves its PV, or a signal does that the scenario sets."""
-    idle: Collection[Event] = ()
+    idle_events: Collection[Event] = ()
     """Events that change nothing."""
     event_signals: set[int] = field(default_factory=set)
     """The signals that the scenario's events set."""
     set_points: list[set[int]] = field(default_factory=list)
     """The signals that each loop's set point in force is made of by the program alone, without another loop."""
-    _reached: dict[tuple[frozenset[int], frozenset[int]], frozenset[int]] = field(default_factory=dict)
+    _reached_cache: dict[tuple[frozenset[int], frozenset[int]], frozenset[int]] = field(default_factory=dict)
     """Answers of `reached_signals`: a run asks the same again and again, and the graph stays."""
     _rivals: dict[int, tuple[frozenset[int], frozenset[int]]] = field(default_factory=dict)
-    _between: dict[int, Sequence[str]] = field(default_factory=dict)
+    _plants: dict[int, Sequence[str]] = field(default_factory=dict)
     _moved_by_events: dict[int, tuple[Event, frozenset[int]]] = field(default_factory=dict)
     """What events move, by their identity."""
 
     @classmethod
-    def of(cls, scenario: Scenario, net: Network, plc: Plc, idle: Collection[Event] = ()) -> Influence:
-        """Of a scenario whose network is ready, and of whose events some are ``idle``."""
-        self = cls(net, plc, idle=idle)
-        awoken = {e.plant or e.loop for e in scenario.events if (e.disturb or {}).get("gain")}
-        for name, at in net.plant_of.items():
+    def of(cls, scenario: Scenario, net: Network, plc: Plc, idle_events: Collection[Event] = ()) -> Influence:
+        """Of a scenario whose network is ready, and of whose events some are ``idle_events``."""
+        self = cls(net, plc, idle_events=idle_events)
+        revived_plants = {e.plant or e.loop for e in scenario.events if (e.disturb or {}).get("gain")}
+        for name, at in net.plant_index.items():
             plant = net.plants[at]
-            if plant.gain or name in awoken:
+            if plant.gain or name in revived_plants:
                 self._add_moves(followed_signals(net, plant), (plant.slot, plant.measured))
             self._add_moves([plant.slot], [plant.measured])
         for channel in net.channels:
@@ -70,21 +70,21 @@ class Influence:
             self._add_moves([config.pv_slot, config.sp_slot], [config.out_slot])
             self._add_moves([config.out_slot], self.pulse_signals(i))
         for source, target in plc.flow:
-            self.moves[source].add(target)
+            self.followers[source].add(target)
         self.event_signals = {slot for event in scenario.events for slot in self.signals_set(event)}
         for i, config in enumerate(plc.configs[: len(plc.loops)]):
             self.is_driven.append(self.can_drive(i) or self.is_moved_by_events(i))
             self.set_points.append(self._outside_sources(config.sp_slot))
         return self
 
-    def can_drive(self, loop: int, without: Collection[int] = ()) -> bool:
-        """Whether a loop's output moves its PV, not by way of ``without``."""
+    def can_drive(self, loop: int, excluded: Collection[int] = ()) -> bool:
+        """Whether a loop's output moves its PV, not by way of ``excluded``."""
         config = self.plc.configs[loop]
-        return config.pv_slot in self.reached_signals([config.out_slot], without)
+        return config.pv_slot in self.reached_signals([config.out_slot], excluded)
 
-    def is_moved_by_events(self, loop: int, without: Collection[int] = ()) -> bool:
+    def is_moved_by_events(self, loop: int, excluded: Collection[int] = ()) -> bool:
         """Whether a signal that the scenario sets moves a loop's PV."""
-        return self.plc.configs[loop].pv_slot in self.reached_signals(self.event_signals, without)
+        return self.plc.configs[loop].pv_slot in self.reached_signals(self.event_signals, excluded)
 
     def is_cut(self, loop: int) -> bool:
         """Whether plants that have no gain now keep a loop's output and the scenario from moving its PV."""
@@ -95,11 +95,15 @@ class Influence:
         """Signals from outside that reach a slot otherwise than through a loop."""
         configs = self.plc.configs[: len(self.plc.loops)]
         loops = {place for config in configs for place in (config.pv_slot, config.out_slot)}
-        return {source for source in self.net.outside.values() if slot in self.reached_signals([source], without=loops)}
+        return {
+            source
+            for source in self.net.outside_signals.values()
+            if slot in self.reached_signals([source], excluded=loops)
+        }
 
     def _add_moves(self, sources: Iterable[int], targets: Iterable[int]) -> None:
         for source in sources:
-            self.moves[source].update(targets)
+            self.followers[source].update(targets)
 
     def pulse_signals(self, loop: int) -> list[int]:
         """The signals that follow a loop's output as pulses."""
@@ -112,20 +116,20 @@ class Influence:
         periods = (plant.b for plant in self.net.plants if plant.model == PULSES and plant.slot in follow)
         return max(self.plc.pulse_cycle(loop), *periods, 0.0)
 
-    def reached_signals(self, sources: Iterable[int], without: Collection[int] = ()) -> frozenset[int]:
-        """Everything that follows the ``sources``, themselves included; not by way of ``without``."""
-        question = frozenset(sources), frozenset(without)
-        if question not in self._reached:
-            self._reached[question] = frozenset(self._find_followers(*question))
-        return self._reached[question]
+    def reached_signals(self, sources: Iterable[int], excluded: Collection[int] = ()) -> frozenset[int]:
+        """Everything that follows the ``sources``, themselves included; not by way of ``excluded``."""
+        question = frozenset(sources), frozenset(excluded)
+        if question not in self._reached_cache:
+            self._reached_cache[question] = frozenset(self._find_followers(*question))
+        return self._reached_cache[question]
 
-    def _find_followers(self, sources: Iterable[int], without: Collection[int]) -> set[int]:
+    def _find_followers(self, sources: Iterable[int], excluded: Collection[int]) -> set[int]:
         """The same, worked out."""
         waiting = list(sources)
         reached = set(waiting)
         while waiting:
-            for target in self.moves.get(waiting.pop(), ()):
-                if target not in reached and target not in without:
+            for target in self.followers.get(waiting.pop(), ()):
+                if target not in reached and target not in excluded:
                     reached.add(target)
                     waiting.append(target)
         return reached
@@ -140,7 +144,7 @@ class Influence:
         if loop not in self._rivals:
             pvs, out = {config.pv_slot for config in configs}, configs[loop].out_slot
             others = {config.out_slot for config in configs} - {out}
-            self._rivals[loop] = self.reached_signals([out], pvs | others), self.reached_signals(others, pvs | {out})
+            self._rivals[loop] = (self.reached_signals([out], pvs | others), self.reached_signals(others, pvs | {out}))
         return self._rivals[loop]
 
     def moved_by_event(self, event: Event) -> frozenset[int]:
@@ -149,7 +153,7 @@ class Influence:
         if event.plc is not None:
             return self.reached_signals([config.out_slot for config in configs])
         if event.disturb is not None:
-            return self.reached_signals([self.net.plants[self.net.plant_of[event.plant or event.loop or ""]].slot])
+            return self.reached_signals([self.net.plants[self.net.plant_index[event.plant or event.loop or ""]].slot])
         if event.loop is None:
             return self.reached_signals(self.signals_set(event))
         config = configs[self.plc.loops.index(event.loop)]
@@ -159,16 +163,16 @@ class Influence:
         """The signals from outside that an event sets."""
         if event.set is None or event.loop is not None:
             return []
-        return [self.net.outside[dotted_text(keys)] for keys, _, _ in leaves(event.set)]
+        return [self.net.outside_signals[dotted_text(keys)] for keys, _, _ in leaves(event.set)]
 
     def can_move(self, event: Event, loop: int) -> bool:
         """Whether an event moves a loop's PV or its set point; one that changes nothing moves nothing."""
-        if any(event is one for one in self.idle):
+        if any(event is one for one in self.idle_events):
             return False
         known, moved = self._moved_by_events.get(id(event), (None, frozenset()))
         if known is not event:
             moved = self.moved_by_event(event)
-            if len(self._moved_by_events) >= MOST_EVENTS:  # a batch has new ones in each sample
+            if len(self._moved_by_events) >= MAX_CACHED_EVENTS:  # a batch has new ones in each sample
                 self._moved_by_events.clear()
             self._moved_by_events[id(event)] = event, moved
         config = self.plc.configs[loop]
@@ -176,11 +180,11 @@ class Influence:
 
     def plants_between(self, loop: int) -> Sequence[str]:
         """The plants by which a loop's output moves its PV."""
-        if loop not in self._between:
+        if loop not in self._plants:
             after, pv = self.moved_by_output(loop), self.plc.configs[loop].pv_slot
-            slots = ((name, self.net.plants[at].slot) for name, at in self.net.plant_of.items())
-            self._between[loop] = [name for name, slot in slots if slot in after and pv in self.reached_signals([slot])]
-        return self._between[loop]
+            slots = ((name, self.net.plants[at].slot) for name, at in self.net.plant_index.items())
+            self._plants[loop] = [name for name, slot in slots if slot in after and pv in self.reached_signals([slot])]
+        return self._plants[loop]
 
 
 def followed_signals(net: Network, reader: Plant | Channel) -> Collection[int]:
@@ -212,7 +216,7 @@ def read_signals(net: Network, reader: Plant | Channel) -> Collection[int]:
 # the action takes for granted that it rises, or the other way round, is positive feedback: the loop runs away. Ways
 # through another loop, and expressions that do not answer at time 0, tell nothing.
 
-RAISED_BY = 1.0
+OUTPUT_STEP = 1.0
 """By how much an output is raised, in its unit."""
 
 
@@ -220,14 +224,14 @@ def wrong_actions(net: Network, plc: Plc) -> Iterator[Problem]:
     """A problem for each loop whose action does not fit its plant; the network is at rest at its initial values."""
     for i, loop in enumerate(plc.loops):
         change = pv_change(net, plc, i)
-        if change and (change > 0) != plc.rises[i]:
+        if change and (change > 0) != plc.output_raises_pv[i]:
             is_so, should = ("rises", "fall") if change > 0 else ("falls", "rise")
             message = (
                 f"the PV of {loop} {is_so} with its output, but its action expects it to {should}: positive feedback, "
                 "the loop runs away"
             )
             cure = "turn the action of the loop round, or the sign of the plant's gain"
-            inlet = plc.inlets.get(loop, f"{loop}.PV")
+            inlet = plc.pv_inputs.get(loop, f"{loop}.PV")
             path = net.texts[loop][0] if loop in net.texts else ("connect", inlet)
             yield Problem(path, message, "wrong_action", help=cure, key=True, loop=loop)
 
@@ -238,30 +242,30 @@ def output_effect(net: Network, plc: Plc, loop: int) -> float:
     return max(abs(pv_change(net, plc, loop, step=limit - out)) for limit in plc.output_limits(loop, net.signal_values))
 
 
-def pv_change(net: Network, plc: Plc, loop: int, other: int | None = None, step: float = RAISED_BY) -> float:
+def pv_change(net: Network, plc: Plc, loop: int, other_loop: int | None = None, step: float = OUTPUT_STEP) -> float:
     """The change of a loop's PV after its output is raised by ``step``, and its pulses come; 0: none, or not known.
 
-    With ``other``, the change of that loop's PV.
+    With ``other_loop``, the change of that loop's PV.
     """
-    watched = loop if other is None else other
+    watched_loop = loop if other_loop is None else other_loop
     path = signal_path(net, plc, loop)
-    inlet = plc.inlets.get(plc.loops[watched])
-    target = plc.configs[watched].in_slot if inlet is None else plc.inputs[inlet]
+    inlet = plc.pv_inputs.get(plc.loops[watched_loop])
+    target = plc.configs[watched_loop].in_slot if inlet is None else plc.inputs[inlet]
     if target not in path.slots:
         return 0.0
-    raised = list(net.signal_values)
+    raised_signals = list(net.signal_values)
     for slot in path.outputs:
-        raised[slot] += step if slot == plc.configs[loop].out_slot else RAISED_BY
+        raised_signals[slot] += step if slot == plc.configs[loop].out_slot else OUTPUT_STEP
     for at in path.plants:
         plant = net.plants[at]
-        moved = plant.gain * _input_change(net, plant, raised) / (PERCENT if plant.model == PULSES else 1.0)
-        raised[plant.slot] += moved
+        moved = plant.gain * _input_change(net, plant, raised_signals) / (PERCENT if plant.model == PULSES else 1.0)
+        raised_signals[plant.slot] += moved
         if plant.measured != plant.slot:
-            raised[plant.measured] += moved
-    change: float = raised[target] - net.signal_values[target]
+            raised_signals[plant.measured] += moved
+    change: float = raised_signals[target] - net.signal_values[target]
     for channel in net.channels:
         if channel.target == target:
-            change = _input_change(net, channel, raised)
+            change = _input_change(net, channel, raised_signals)
     return change
 
 
@@ -291,12 +295,12 @@ def signal_path(net: Network, plc: Plc, loop: int) -> SignalPath:
     return path
 
 
-def _input_change(net: Network, reader: Plant | Channel, raised: Sequence[float]) -> float:
+def _input_change(net: Network, reader: Plant | Channel, raised_signals: Sequence[float]) -> float:
     """How much what a plant or a channel reads has changed; 0 where its expression has no value."""
     if reader.source >= 0:
-        return raised[reader.source] - net.signal_values[reader.source]
+        return raised_signals[reader.source] - net.signal_values[reader.source]
     stack, values = net.pool.new_stack(), []
-    for signals in (net.signal_values, raised):
+    for signals in (net.signal_values, raised_signals):
         values.append(evaluate(net.pool.code, net.pool.constants, reader.first, reader.last, signals, stack))
         if stack[0]:
             return 0.0

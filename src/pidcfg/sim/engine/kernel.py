@@ -13,10 +13,10 @@ from pidcfg.sim.engine.expressions import evaluate
 from pidcfg.sim.engine.plants import Plant, add_noise, step_plants
 from pidcfg.sim.judgement.meters import (
     Band,
+    Benefit,
     Gauge,
     Meter,
     Onset,
-    Rival,
     begin_meter,
     change_status,
     compare_errors,
@@ -49,7 +49,7 @@ class Channel:
     last: int = 0
     broken: int = 0
     value: float = 0.0
-    held: float = 0.0
+    held_value: float = 0.0
     fault: int = 0
     fault_at: int = 0
 
@@ -92,18 +92,18 @@ class Storage(NamedTuple):
     """Writes what some of the same kind hold, the second, into others."""
 
 
-def copy_into_lists(into: MutableSequence[Any], present: Sequence[Any]) -> None:
+def copy_into_lists(target: MutableSequence[Any], source: Sequence[Any]) -> None:
     """`Storage.copy_into` of lists."""
-    if not into or isinstance(into[0], int | float):
-        into[:] = present
+    if not target or isinstance(target[0], int | float):
+        target[:] = source
         return
-    names = [f.name for f in fields(into[0])]
-    for item, other in zip(into, present, strict=True):
+    names = [f.name for f in fields(target[0])]
+    for item, other in zip(target, source, strict=True):
         for name in names:
             setattr(item, name, getattr(other, name))
 
 
-LISTS = Storage(lambda objects: list(map(copy, objects)), lambda _, values: list(values), copy_into_lists)
+LIST_STORAGE = Storage(lambda objects: list(map(copy, objects)), lambda _, values: list(values), copy_into_lists)
 """As CPython works on them fastest."""
 
 
@@ -162,7 +162,7 @@ class Reference(NamedTuple):
     delay: MutableSequence[float]
     signal_values: MutableSequence[float]
     outputs: Sequence[HeldSignal]
-    rivals: MutableSequence[Rival]
+    benefits: MutableSequence[Benefit]
 
 
 class Log(NamedTuple):
@@ -172,9 +172,9 @@ class Log(NamedTuple):
     trend: MutableSequence[float]
     counts: MutableSequence[int]
     """Rows of the log, rows of the trend, and set-point events so far."""
-    shown: Sequence[int]
+    trend_slots: Sequence[int]
     """The signals of a row of the trend."""
-    every: int
+    interval: int
     """Base steps between two rows of the trend; 0: there is none."""
 
 
@@ -206,9 +206,9 @@ def read_channels(
         else:
             value = evaluate(code, constants, channel.first, channel.last, signals, stack)
             if stack[0] == 0.0:
-                channel.held = value
+                channel.held_value = value
             else:
-                value = channel.held
+                value = channel.held_value
                 if channel.fault == 0:
                     channel.fault = int(stack[0])
                     channel.fault_at = step
@@ -225,12 +225,12 @@ def write_log(
     counts: MutableSequence[int],
 ) -> None:
     """A row for loop ``i``, whose status has changed or that has a notice (kernel)."""
-    at = counts[0] * LOG_COLUMNS
-    rows[at] = step
-    rows[at + 1] = i
-    rows[at + 2] = state.status
-    rows[at + 3] = state.aux_status
-    rows[at + 4] = state.notice
+    first = counts[0] * LOG_COLUMNS
+    rows[first] = step
+    rows[first + 1] = i
+    rows[first + 2] = state.status
+    rows[first + 3] = state.aux_status
+    rows[first + 4] = state.notice
     counts[0] += 1
     if state.status != meter.status or state.aux_status != meter.aux_status:
         change_status(step, meter, state.status, state.aux_status)
@@ -239,15 +239,18 @@ def write_log(
 
 
 def hold_outputs(
-    outputs: Sequence[HeldSignal], meters: Sequence[Meter], signals: Sequence[float], held: MutableSequence[float]
+    outputs: Sequence[HeldSignal],
+    meters: Sequence[Meter],
+    signals: Sequence[float],
+    reference_signals: MutableSequence[float],
 ) -> None:
     """What the reference sees of the PLC's signals (kernel)."""
     for i in range(len(outputs)):
         output = outputs[i]
         if output.source >= 0:
-            held[output.slot] = (held[output.source] - output.low) / output.width
+            reference_signals[output.slot] = (reference_signals[output.source] - output.low) / output.width
         elif output.loop < 0 or (meters[output.loop].in_control == 0 and meters[output.loop].control_steps == 0):
-            held[output.slot] = signals[output.slot]
+            reference_signals[output.slot] = signals[output.slot]
 
 
 def step_reference(
@@ -261,14 +264,14 @@ def step_reference(
     stack: MutableSequence[float],
 ) -> None:
     """The reference through one base step (kernel)."""
-    plants, channels, delay, held, outputs, _ = reference
-    hold_outputs(outputs, meters, signals, held)
+    plants, channels, delay, reference_signals, outputs, _ = reference
+    hold_outputs(outputs, meters, signals, reference_signals)
     if k > 0:
-        step_plants(k, parts, plants, delay, held, code, constants, stack)
+        step_plants(k, parts, plants, delay, reference_signals, code, constants, stack)
     for i in range(len(plants)):
-        held[plants[i].measured] = held[plants[i].slot]
+        reference_signals[plants[i].measured] = reference_signals[plants[i].slot]
     if len(channels) > 0:
-        read_channels(k, channels, held, code, constants, stack)
+        read_channels(k, channels, reference_signals, code, constants, stack)
 
 
 def measure_edge(k: int, m: Meter, signals: Sequence[float]) -> None:
@@ -287,10 +290,10 @@ def advance(
     k: int,
     last: int,
     zero: int,
-    final: int,
-    reached: int,
+    final_step: int,
+    plants_step: int,
     world: World,
-    drawn: NoiseRows,
+    noise_rows: NoiseRows,
     loops: Loops[Any, Any],
     meters: Meters,
     log: Log,
@@ -298,27 +301,27 @@ def advance(
 ) -> int:
     """Base steps ``k`` to ``last`` − 1 of the run; returns the next one, early when the log is full (kernel).
 
-    Time 0 is base step ``zero``, and what lies before is the pre-roll; ``final`` after it the run ends. The plants have
-    come to base step ``reached`` already; at the first one they are at rest.
+    Time 0 is base step ``zero``, and what lies before is the pre-roll; ``final_step`` after it the run ends. The plants
+    have come to base step ``plants_step`` already; at the first one they are at rest.
     """
     tick, parts, plants, channels, delay, signals, code, constants, stack = world
-    noise, columns, noise_from = drawn
+    noise, columns, noise_from = noise_rows
     configs, states, aux = loops
     loop_meters, bands, gauges, onsets = meters
-    rows, trend, counts, shown, every = log
+    rows, trend, counts, trend_slots, interval = log
     count = len(loop_meters)
-    room = len(rows) // LOG_COLUMNS - count
-    wired = len(channels)
-    gauged = len(gauges)
-    rivals = len(reference.rivals)
-    while k < last and counts[0] <= room:
+    row_limit = len(rows) // LOG_COLUMNS - count
+    channel_count = len(channels)
+    gauge_count = len(gauges)
+    benefit_count = len(reference.benefits)
+    while k < last and counts[0] <= row_limit:
         if len(reference.plants) > 0:
             step_reference(k, parts, reference, loop_meters, signals, code, constants, stack)
-        if k > reached:
+        if k > plants_step:
             step_plants(k, parts, plants, delay, signals, code, constants, stack)
         if columns > 0:
             add_noise(k - noise_from, columns, plants, noise, signals)
-        if wired > 0:
+        if channel_count > 0:
             read_channels(k, channels, signals, code, constants, stack)
         scan(k * tick, configs, states, aux, signals)
         now = k - zero
@@ -327,20 +330,20 @@ def advance(
             meter = loop_meters[i]
             if state.status != meter.status or state.notice != 0 or state.aux_status != meter.aux_status:
                 write_log(now, i, state, meter, onsets, rows, counts)
-            if 0 < now < final:
+            if 0 < now < final_step:
                 measure_loop(now, meter, signals)
             else:
                 measure_edge(now, meter, signals)
         if counts[2] > 0:
             watch_bands(now, bands, loop_meters, signals)
-        if gauged > 0:
+        if gauge_count > 0:
             read_gauges(now, gauges, signals)
-        if rivals > 0:
-            compare_errors(reference.rivals, loop_meters, signals, reference.signal_values)
-        if every > 0 and now % every == 0:
-            at = counts[1] * len(shown)
-            for i in range(len(shown)):
-                trend[at + i] = signals[shown[i]]
+        if benefit_count > 0:
+            compare_errors(reference.benefits, loop_meters, signals, reference.signal_values)
+        if interval > 0 and now % interval == 0:
+            at = counts[1] * len(trend_slots)
+            for i in range(len(trend_slots)):
+                trend[at + i] = signals[trend_slots[i]]
             counts[1] += 1
         k += 1
     return k
@@ -362,37 +365,37 @@ def is_steady(span: Span, steps: int) -> bool:
 def settle(
     k: int,
     steps: int,
-    most: int,
-    reached: int,
+    max_windows: int,
+    plants_step: int,
     world: World,
     loops: Loops[Any, Any],
     spans: MutableSequence[Span],
 ) -> int:
     """Windows of the pre-roll from base step ``k`` on, until all PVs are at rest; returns the next one (kernel).
 
-    Each has ``steps`` base steps, without noise, events, metrics and log; there are ``most`` at most.
+    Each has ``steps`` base steps, without noise, events, metrics and log; there are ``max_windows`` at most.
     """
-    unsteady = 1
-    while most > 0 and unsteady > 0:
-        run_window(k, k + steps, reached, world, loops, spans)
+    unsteady_count = 1
+    while max_windows > 0 and unsteady_count > 0:
+        run_window(k, k + steps, plants_step, world, loops, spans)
         k += steps
-        most -= 1
-        unsteady = 0
+        max_windows -= 1
+        unsteady_count = 0
         for i in range(len(spans)):
             if not is_steady(spans[i], steps):
-                unsteady += 1
+                unsteady_count += 1
     return k
 
 
 def run_window(
-    k: int, last: int, reached: int, world: World, loops: Loops[Any, Any], spans: MutableSequence[Span]
+    k: int, last: int, plants_step: int, world: World, loops: Loops[Any, Any], spans: MutableSequence[Span]
 ) -> None:
     """One window: base steps ``k`` to ``last`` − 1 (kernel)."""
     tick, parts, plants, channels, delay, signals, code, constants, stack = world
     configs, states, aux = loops
     first = k
     while k < last:
-        if k > reached:
+        if k > plants_step:
             step_plants(k, parts, plants, delay, signals, code, constants, stack)
         for i in range(len(plants)):
             signals[plants[i].measured] = signals[plants[i].slot]

@@ -2,7 +2,7 @@
 
 from pidcfg.text.references import Decision
 
-RUN = (
+RUN_DECISIONS = (
     Decision(
         80,
         "metrics look at the loop's signals as the PLC sees them",

@@ -30,10 +30,10 @@ if TYPE_CHECKING:
 
 MAX_DELAY = 1_000_000
 """Steps of dead time in one scenario: what a buffer may take."""
-MOST_PARTS = 100
+MAX_PARTS = 100
 STEPS_PER_LAG = 10
 """Steps that the shortest lag takes of a plant whose input is not held."""
-LEAST_PULSE_STEPS = 2
+MIN_PULSE_STEPS = 2
 """Base steps that the period of pulses has at least."""
 PARAMETERS = ("gain", "load")
 """Parameters of a plant that expressions can read: ``FIC-102.gain``."""
@@ -52,19 +52,19 @@ class Network:
     """Equal parts of a base step, each of which is a step of the plants."""
     delay: MutableSequence[float] = field(default_factory=list)
     pool: Pool = field(default_factory=Pool)
-    plant_of: dict[str, int] = field(default_factory=dict)
+    plant_index: dict[str, int] = field(default_factory=dict)
     """Index into ``plants`` by the name of the loop or the plant."""
     texts: dict[str, tuple[Path, PlantText]] = field(default_factory=dict)
-    moving: list[str] = field(default_factory=list)
+    moving_plants: list[str] = field(default_factory=list)
     """Plants that read others or themselves: their inputs move within a step."""
     parameters: dict[str, int] = field(default_factory=dict)
-    noisy: list[str] = field(default_factory=list)
+    noisy_plants: list[str] = field(default_factory=list)
     """Names of the plants with noise, in the order of their columns."""
-    outside: dict[str, int] = field(default_factory=dict)
+    outside_signals: dict[str, int] = field(default_factory=dict)
     """Signals that events may set."""
-    faults: dict[str, int] = field(default_factory=dict)
+    sensor_channels: dict[str, int] = field(default_factory=dict)
     """Index into ``channels`` of a loop whose sensor can break."""
-    sources: dict[int, Path] = field(default_factory=dict)
+    channel_paths: dict[int, Path] = field(default_factory=dict)
     """Where the expression of a channel (its index) is written."""
     problems: list[Problem] = field(default_factory=list)
     signal_paths: dict[int, Any] = field(default_factory=dict)
@@ -97,12 +97,12 @@ def build_network(scenario: Scenario, plc: Plc, step: int, problems: Sequence[Pr
     net = Network(
         list(plc.signal_values), {name: slot for slot, name in enumerate(plc.signals) if name}, problems=list(problems)
     )
-    net.outside |= plc.inputs
+    net.outside_signals |= plc.inputs
     for name, value in scenario.signals.items():
         if name in net.names:
             net.problems.append(Problem(("signals", name), f"{name} is a signal of the PLC", "value", key=True))
         else:
-            net.names[name] = net.outside[name] = net.add_signal(float(value))
+            net.names[name] = net.outside_signals[name] = net.add_signal(float(value))
     needs = _EventNeeds.of(scenario)
     for key, text in scenario.plants.items():
         _add_plant(net, plc, key, text, needs)
@@ -111,7 +111,7 @@ def build_network(scenario: Scenario, plc: Plc, step: int, problems: Sequence[Pr
     if not any(problem.severity == "error" for problem in net.problems):
         _sort_plants(net, inputs)
         slots = {plant.slot for plant in net.plants}
-        net.moving = [name for name in net.texts if not slots.isdisjoint(inputs[name].signals)]
+        net.moving_plants = [name for name in net.texts if not slots.isdisjoint(inputs[name].signals)]
         set_numbers(net, scenario, step)
     return net
 
@@ -129,8 +129,8 @@ def set_numbers(net: Network, scenario: Scenario, step: int) -> None:
 class _EventNeeds:
     """What events will need: loops whose sensor breaks, plants that become noisy."""
 
-    broken: frozenset[str | None]
-    noisy: frozenset[str | None]
+    broken_loops: frozenset[str | None]
+    noisy_plants: frozenset[str | None]
 
     @classmethod
     def of(cls, scenario: Scenario) -> _EventNeeds:
@@ -157,8 +157,8 @@ def _add_plant(net: Network, plc: Plc, key: str | int, text: PlantText, needs: _
     if name in net.texts or (isinstance(key, int) and name in net.names):
         net.problems.append(Problem(path, f"{name} is taken", "value", help="give the plant another name"))
         return
-    noisy = text.noise > 0 or name in needs.noisy
-    if name in plc.wired:
+    noisy = text.noise > 0 or name in needs.noisy_plants
+    if name in plc.wired_loops:
         net.problems.append(_wired_pv_problem(path, name))
         return
     measured = _measured_slot(net, plc, name, needs) if name in plc.loops else net.add_signal()
@@ -166,10 +166,10 @@ def _add_plant(net: Network, plc: Plc, key: str | int, text: PlantText, needs: _
     if name not in plc.loops:
         net.names[name] = measured
     if noisy:
-        plant.column = len(net.noisy)
-        net.noisy.append(name)
+        plant.column = len(net.noisy_plants)
+        net.noisy_plants.append(name)
     net.texts[name] = (path, text)
-    net.plant_of[name] = len(net.plants)
+    net.plant_index[name] = len(net.plants)
     net.plants.append(plant)
     for parameter in PARAMETERS:
         net.parameters[f"{name}.{parameter}"] = net.add_signal()
@@ -185,10 +185,10 @@ def _wired_pv_problem(path: Path, loop: str) -> Problem:
 def _measured_slot(net: Network, plc: Plc, name: str, needs: _EventNeeds) -> int:
     """The signal by which a plant reaches the analog input of its loop: the input, unless the sensor can break."""
     target: int = plc.configs[plc.loops.index(name)].in_slot
-    if name not in needs.broken:
+    if name not in needs.broken_loops:
         return target
     measured = net.add_signal()
-    net.faults[name] = len(net.channels)
+    net.sensor_channels[name] = len(net.channels)
     net.channels.append(Channel(target, measured))
     return measured
 
@@ -197,18 +197,18 @@ def _read_inputs(net: Network, plc: Plc) -> dict[str, Expression]:
     """What each plant reads."""
     names = {**net.names, **net.parameters}
     for i, loop in enumerate(plc.loops):
-        at = net.plant_of.get(loop)
+        at = net.plant_index.get(loop)
         names[f"{loop}.PV"] = plc.configs[i].in_slot if at is None else net.plants[at].slot
-    names |= {name: net.plants[at].slot for name, at in net.plant_of.items() if name not in plc.loops}
+    names |= {name: net.plants[at].slot for name, at in net.plant_index.items() if name not in plc.loops}
     inputs = {}
     for name, (path, text) in net.texts.items():
-        text_of_input = text.input
-        if text_of_input is None and name in plc.loops:
-            text_of_input = f"{name}.{plc.out_name}"
-        if text_of_input is None:
+        input_text = text.input
+        if input_text is None and name in plc.loops:
+            input_text = f"{name}.{plc.out_name}"
+        if input_text is None:
             net.problems.append(Problem(path, f"the plant {name} has no input", help="add 'input: …'", key=True))
             continue
-        expression = _read_expression(net, (*path, "input"), text_of_input, names)
+        expression = _read_expression(net, (*path, "input"), input_text, names)
         if expression is not None:
             inputs[name] = expression
     return inputs
@@ -227,7 +227,7 @@ def _read_expression(net: Network, path: Path, text: str, names: Mapping[str, in
 def _connect_pvs(net: Network, plc: Plc, connect: Mapping[str, str], needs: _EventNeeds) -> None:
     """Expressions wired to the PVs of loops, and loops that nothing is wired to."""
     names = {**net.names, **net.parameters}
-    for name, at in net.plant_of.items():
+    for name, at in net.plant_index.items():
         names[f"{name}.PV" if name in plc.loops else name] = net.plants[at].measured
     targets = {f"{loop}.PV": loop for loop in plc.loops}
     for target, text in connect.items():
@@ -237,26 +237,26 @@ def _connect_pvs(net: Network, plc: Plc, connect: Mapping[str, str], needs: _Eve
             expression = _read_expression(net, path, text, names)
             if expression is not None:
                 _add_channel(net, plc.inputs[target], expression)
-                net.sources[len(net.channels) - 1] = path
+                net.channel_paths[len(net.channels) - 1] = path
         elif loop is None:
             net.problems.append(unknown_name(path, "loop's PV", target, [*targets, *plc.inputs], key=True))
-        elif loop in plc.wired:
+        elif loop in plc.wired_loops:
             net.problems.append(_wired_pv_problem(path, loop))
-        elif loop in net.plant_of:
+        elif loop in net.plant_index:
             message = f"{loop} has a plant of its own, which is wired to its PV"
             net.problems.append(Problem(path, message, help=f"name the plant differently, or drop {target}", key=True))
         else:
             expression = _read_expression(net, path, text, names)
             if expression is not None:
                 _add_channel(net, plc.configs[plc.loops.index(loop)].in_slot, expression)
-                net.faults[loop] = len(net.channels) - 1
-                net.sources[len(net.channels) - 1] = path
+                net.sensor_channels[loop] = len(net.channels) - 1
+                net.channel_paths[len(net.channels) - 1] = path
     for i, loop in enumerate(plc.loops):
-        if loop not in net.plant_of and f"{loop}.PV" not in connect and loop not in plc.wired:
+        if loop not in net.plant_index and f"{loop}.PV" not in connect and loop not in plc.wired_loops:
             low = plc.scales[i][0]
             net.signal_values[plc.configs[i].in_slot] = low
-            if loop in needs.broken:
-                net.faults[loop] = len(net.channels)
+            if loop in needs.broken_loops:
+                net.sensor_channels[loop] = len(net.channels)
                 net.channels.append(Channel(plc.configs[i].in_slot, net.add_signal(low)))
             else:
                 message = f"nothing is wired to the PV of {loop}; it stays at {low:g}"
@@ -277,7 +277,7 @@ def _add_channel(net: Network, target: int, expression: Expression) -> None:
 
 def _sort_plants(net: Network, inputs: Mapping[str, Expression]) -> None:
     """Sorts the plants: each after those it reads, otherwise as written."""
-    owner = {net.plants[at].slot: name for name, at in net.plant_of.items()}
+    owner = {net.plants[at].slot: name for name, at in net.plant_index.items()}
     sources = {name: {owner[s] for s in inputs[name].signals if s in owner} - {name} for name in net.texts}
     sorted_names: list[str] = []
     remaining = list(net.texts)
@@ -285,8 +285,8 @@ def _sort_plants(net: Network, inputs: Mapping[str, Expression]) -> None:
         ready = next((name for name in remaining if sources[name] <= set(sorted_names)), remaining[0])
         sorted_names.append(ready)
         remaining.remove(ready)
-    plants = [net.plants[net.plant_of[name]] for name in sorted_names]
-    net.plants, net.plant_of = plants, {name: i for i, name in enumerate(sorted_names)}
+    plants = [net.plants[net.plant_index[name]] for name in sorted_names]
+    net.plants, net.plant_index = plants, {name: i for i, name in enumerate(sorted_names)}
     for name, plant in zip(sorted_names, plants, strict=True):
         expression = inputs[name]
         if expression.signal is None:
@@ -299,17 +299,17 @@ def _divide_step(net: Network, scenario: Scenario, step: int) -> None:
     """The parts of a base step, by the shortest lag of a plant whose input is not held; events may shorten it."""
     net.parts = 1
     for name, (path, text) in net.texts.items():
-        if name not in net.moving and not (text.model == "second_order" and text.limits):
+        if name not in net.moving_plants and not (text.model == "second_order" and text.limits):
             continue
         changes = [e.disturb for e in scenario.events if e.disturb and (e.plant or e.loop) == name]
         times = [lag for change in ({}, *changes) for lag in lag_times(text.model_copy(update=change))]
         times += [text.dead_time] if not times and text.dead_time * TICKS % step else []
         parts = ceil(STEPS_PER_LAG * Decimal(step) / TICKS / min(times)) if times else 1
-        net.parts = max(net.parts, min(parts, MOST_PARTS))
-        if parts > MOST_PARTS:
+        net.parts = max(net.parts, min(parts, MAX_PARTS))
+        if parts > MAX_PARTS:
             message = (
                 f"the shortest lag of {name} is {float(min(times)):g} s, the base step {step / TICKS:g} s: "
-                f"the plants go through it in {MOST_PARTS} parts, and {parts} are wanted"
+                f"the plants go through it in {MAX_PARTS} parts, and {parts} are wanted"
             )
             cure = "give a shorter 'step' if what the plant does within a base step matters"
             net.problems.append(Problem(path, message, "rounded", "info", cure, key=True))
@@ -318,19 +318,19 @@ def _divide_step(net: Network, scenario: Scenario, step: int) -> None:
 def _prepare_plants(net: Network, step: int) -> None:
     """Coefficients and delay lines."""
     length = 0
-    for name, at in net.plant_of.items():
+    for name, i in net.plant_index.items():
         path, text = net.texts[name]
-        plant = net.plants[at]
+        plant = net.plants[i]
         exact = text.dead_time * TICKS * net.parts / step
         plant.delay, plant.length = length, ceil(exact)
         if plant.delay + plant.length > MAX_DELAY:
             message = f"dead times of more than {MAX_DELAY} steps"
             net.problems.append(Problem((*path, "dead_time"), message, "value", help="use a longer step"))
             return
-        plant.late = float(exact % 1)
-        if text.period is not None and text.period * TICKS < LEAST_PULSE_STEPS * step:
+        plant.late_share = float(exact % 1)
+        if text.period is not None and text.period * TICKS < MIN_PULSE_STEPS * step:
             message = (
-                f"the period of {name}, {text.period:f} s, is not {LEAST_PULSE_STEPS} base steps of {step / TICKS:g} s"
+                f"the period of {name}, {text.period:f} s, is not {MIN_PULSE_STEPS} base steps of {step / TICKS:g} s"
             )
             net.problems.append(Problem((*path, "period"), message, "value", help="give a shorter 'step'"))
             return
@@ -357,5 +357,5 @@ def settle_plants(net: Network, initial: Sequence[float | None]) -> None:
 
 def initial_values(net: Network) -> list[float | None]:
     """The initial values as the scenario gives them, in the order of the plants."""
-    values = [net.texts[name][1].initial for name in net.plant_of]
+    values = [net.texts[name][1].initial for name in net.plant_index]
     return [None if value is None else float(value) for value in values]

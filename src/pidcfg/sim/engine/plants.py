@@ -40,7 +40,7 @@ PERCENT = 100.0
 """What the input of pulses is a share in."""
 TICKS_IN_A_PERIOD = 1000.0
 """By default, as the manual of the DL06 programs it: 1000 ticks of 10 ms."""
-NEAR = 1e-6
+PERIOD_TOLERANCE = 1e-6
 """A share of a step by which the end of a period may be missed."""
 
 
@@ -70,7 +70,7 @@ class Plant:
     length: int = 0
     """Dead time in steps, rounded up."""
     head: int = 0
-    late: float = 0.0
+    late_share: float = 0.0
     """The share of a step for which the older input still acts; 0: a whole dead time, or none."""
     a: float = 0.0
     """First order: 1 − e^(−dt/T). Integrator, pulses: dt. Valve: largest move in a step. Second order: Φ11."""
@@ -91,7 +91,7 @@ class Plant:
     """Second order: dy/dt. Lead/lag: the lagged input. Valve: the position. Pulses: how old the period is."""
     moving: int = 0
     """Valve: whether it moves. Pulses: the time on of this period, in steps of their resolution."""
-    held: float = 0.0
+    held_input: float = 0.0
     """The last input that had a value."""
     fault: int = 0
     """Why an input had no value, the first time (`pidcfg.sim.engine.expressions.FAULTS`), and at which base step."""
@@ -115,7 +115,7 @@ def step_plants(
             u = signals[p.source] if p.source >= 0 else read_expression(k, p, signals, code, constants, stack)
             if p.length > 0:
                 u = delayed_input(p, u, delay)
-                if p.late > 0.0:
+                if p.late_share > 0.0:
                     p.y = within_limits(p, next_value(p, u, p.late_a, p.late_b, p.late_c, p.late_d))
                     u = delay[p.delay + p.head]
             if p.model == FIRST_ORDER:
@@ -149,11 +149,11 @@ def read_expression(
     """The value of a plant's input; the last one when it has none now (kernel)."""
     u = evaluate(code, constants, p.first, p.last, signals, stack)
     if stack[0] == 0.0:
-        p.held = u
+        p.held_input = u
     elif p.fault == 0:
         p.fault = int(stack[0])
         p.fault_at = k
-    return p.held
+    return p.held_input
 
 
 def delayed_input(p: Plant, u: float, delay: MutableSequence[float]) -> float:
@@ -189,16 +189,16 @@ def next_value(p: Plant, u: float, a: float, b: float, c: float, d: float) -> fl
     return p.gain * u + p.load
 
 
-def move_valve(p: Plant, u: float, most: float, band: float) -> float:
+def move_valve(p: Plant, u: float, max_move: float, band: float) -> float:
     """The position of a valve: it sticks until it is off by its band, then moves at its rate (kernel)."""
     away = u - p.x
     if p.moving == 0 and abs(away) > band:
         p.moving = 1
     if p.moving == 1:
-        if away > most:
-            p.x += most
-        elif away < -most:
-            p.x -= most
+        if away > max_move:
+            p.x += max_move
+        elif away < -max_move:
+            p.x -= max_move
         else:
             p.x = u
             p.moving = 0
@@ -207,12 +207,12 @@ def move_valve(p: Plant, u: float, most: float, band: float) -> float:
 
 def pulse_share(p: Plant, u: float, dt: float, period: float, resolution: float) -> float:
     """The share of a step for which the pulse is on; a period takes its time on at its beginning, D992 (kernel)."""
-    if p.x >= period - NEAR * dt:
+    if p.x >= period - PERIOD_TOLERANCE * dt:
         p.x = 0.0
         p.moving = time_on(u, period, resolution)
     end = p.x + dt
     on = min(max(p.moving * resolution - p.x, 0.0), dt, period - p.x)
-    if end > period + NEAR * dt:
+    if end > period + PERIOD_TOLERANCE * dt:
         end -= period
         p.moving = time_on(u, period, resolution)
         on += min(p.moving * resolution, end)
@@ -240,24 +240,24 @@ def lag_share(dt: float, time_constant: float) -> float:
     return -math.expm1(-dt / time_constant)
 
 
-def second_order_matrix(dt: float, squared: float, damped: float) -> tuple[float, float, float, float]:
-    """e^(A·dt) of ``squared``·y″ + ``damped``·y′ + y = 0, by rows; the three kinds of poles without cancellation.
+def second_order_matrix(dt: float, a2: float, a1: float) -> tuple[float, float, float, float]:
+    """e^(A·dt) of ``a2``·y″ + ``a1``·y′ + y = 0, by rows; the three kinds of poles without cancellation.
 
-    ``squared`` is T1·T2 or T², ``damped`` is T1 + T2 or 2ζT.
+    ``a2`` is T1·T2 or T², ``a1`` is T1 + T2 or 2ζT.
     """
-    p = damped / squared / 2
-    discriminant = p * p - 1 / squared
+    p = a1 / a2 / 2
+    discriminant = p * p - 1 / a2
     if discriminant < 0:
         w = math.sqrt(-discriminant)
         decay = math.exp(-p * dt)
         c, s = decay * math.cos(w * dt), decay * math.sin(w * dt) / w
     else:
         w = math.sqrt(discriminant)
-        slow, fast = math.exp(-dt / squared / (p + w)), math.exp(-(p + w) * dt)
+        slow, fast = math.exp(-dt / a2 / (p + w)), math.exp(-(p + w) * dt)
         c = (slow + fast) / 2
         apart = 2 * w * dt
         s = dt * fast if apart == 0 else dt * fast * math.expm1(apart) / apart if apart < 1 else (slow - fast) / 2 / w
-    return c + p * s, s, -s / squared, c - p * s
+    return c + p * s, s, -s / a2, c - p * s
 
 
 def held_value(plant: Plant, u: float) -> float:
@@ -276,19 +276,19 @@ def settle_at(plant: Plant, value: float | None, u: float, delay: MutableSequenc
     if value is None:
         value = 0.0 if plant.model == INTEGRATOR else end
     level = 0.0 if plant.model == INTEGRATOR else value
-    held = (level - plant.load) / plant.gain if plant.gain else 0.0
-    if not math.isfinite(held):
-        held = 0.0
+    held_input = (level - plant.load) / plant.gain if plant.gain else 0.0
+    if not math.isfinite(held_input):
+        held_input = 0.0
     if level == end:
-        held = u
+        held_input = u
     plant.y = min(max(value, plant.low), plant.high)
-    plant.x = held if plant.model in (LEAD_LAG, VALVE) else 0.0
+    plant.x = held_input if plant.model in (LEAD_LAG, VALVE) else 0.0
     if plant.model == PULSES:
-        plant.x, held = plant.b, u  # a period is over, so that the first step begins one
-    plant.held = held
+        plant.x, held_input = plant.b, u  # a period is over, so that the first step begins one
+    plant.held_input = held_input
     plant.head = plant.moving = 0
     for at in range(plant.delay, plant.delay + plant.length):
-        delay[at] = held
+        delay[at] = held_input
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -310,8 +310,8 @@ def set_parameters(plant: Plant, numbers: Mapping[str, float], dt: float) -> Non
     """Writes a plant's numbers and works out the coefficients of its exact step of ``dt`` seconds."""
     plant.gain, plant.load, plant.sigma = numbers["gain"], numbers["load"], numbers["noise"]
     plant.low, plant.high = numbers.get("low", plant.low), numbers.get("high", plant.high)
-    plant.late_a, plant.late_b, plant.late_c, plant.late_d = coefficients(plant.model, numbers, plant.late * dt)
-    plant.a, plant.b, plant.c, plant.d = coefficients(plant.model, numbers, (1 - plant.late) * dt)
+    plant.late_a, plant.late_b, plant.late_c, plant.late_d = coefficients(plant.model, numbers, plant.late_share * dt)
+    plant.a, plant.b, plant.c, plant.d = coefficients(plant.model, numbers, (1 - plant.late_share) * dt)
 
 
 def coefficients(model: int, numbers: Mapping[str, float], dt: float) -> tuple[float, float, float, float]:
@@ -320,18 +320,18 @@ def coefficients(model: int, numbers: Mapping[str, float], dt: float) -> tuple[f
         return dt, 0.0, 0.0, 0.0
     if model == SECOND_ORDER:
         if "first" in numbers:
-            squared, damped = numbers["first"] * numbers["second"], numbers["first"] + numbers["second"]
+            a2, a1 = numbers["first"] * numbers["second"], numbers["first"] + numbers["second"]
         else:
-            squared, damped = numbers["time_constant"] ** 2, 2 * numbers["damping"] * numbers["time_constant"]
-        return second_order_matrix(dt, squared, damped)
+            a2, a1 = numbers["time_constant"] ** 2, 2 * numbers["damping"] * numbers["time_constant"]
+        return second_order_matrix(dt, a2, a1)
     if model == LEAD_LAG:
         return lag_share(dt, numbers["lag"]), numbers["lead"] / numbers["lag"], 0.0, 0.0
     if model == PULSES:
         period = numbers["period"]
         return dt, period, numbers.get("resolution", period / TICKS_IN_A_PERIOD), 0.0
     if model == VALVE:
-        most = numbers["rate_limit"] * dt if "rate_limit" in numbers else math.inf
-        return most, numbers["stiction"], 0.0, 0.0
+        max_move = numbers["rate_limit"] * dt if "rate_limit" in numbers else math.inf
+        return max_move, numbers["stiction"], 0.0, 0.0
     return (lag_share(dt, numbers["time_constant"]) if "time_constant" in numbers else 0.0), 0.0, 0.0, 0.0
 
 
@@ -348,7 +348,7 @@ Normals = Callable[
 
 WORDS, MIXING_DISTANCE = 624, 397
 """Words of the generator's state, and how far apart those are that are mixed."""
-UPPER, LOWER, MATRIX = 0x80000000, 0x7FFFFFFF, 0x9908B0DF
+UPPER_MASK, LOWER_MASK, TWIST_MATRIX = 0x80000000, 0x7FFFFFFF, 0x9908B0DF
 FULL_TURN = 2.0 * math.pi
 TRIED_NUMBERS = 4096
 """Numbers by which compiled code is held to Python's."""
@@ -386,8 +386,8 @@ def renew_words(state: MutableSequence[int]) -> None:
     for i in range(WORDS):
         following = i + 1 if i + 1 < WORDS else 0
         mixed = i + MIXING_DISTANCE if i + MIXING_DISTANCE < WORDS else i + MIXING_DISTANCE - WORDS
-        y = (state[i] & UPPER) | (state[following] & LOWER)
-        state[i] = state[mixed] ^ (y >> 1) ^ (MATRIX * (y & 1))
+        y = (state[i] & UPPER_MASK) | (state[following] & LOWER_MASK)
+        state[i] = state[mixed] ^ (y >> 1) ^ (TWIST_MATRIX * (y & 1))
     state[WORDS] = 0
 
 
@@ -445,13 +445,13 @@ class Noise:
     """Noise by rows, of each row a number from each of the sources: what one draws depends on none of the others."""
 
     seeds: list[str]
-    fast: Normals | None = None
+    compiled: Normals | None = None
     """`draw_normals`, compiled; without it Python draws."""
     sources: Sequence[random.Random] = ()
     states: Sequence[tuple[array[int], array[int], array[float]]] = ()
 
     def __post_init__(self) -> None:
-        if self.fast is None:
+        if self.compiled is None:
             self.sources = [random.Random(seed) for seed in self.seeds]
         else:
             self.states = [unseeded_state(seed) for seed in self.seeds]
@@ -461,8 +461,8 @@ class Noise:
         columns = len(self.seeds)
         noise = array("d", bytes(8 * count * columns))
         for column, state in enumerate(self.states):
-            if self.fast is not None:
-                self.fast(count, column, columns, *state, noise)
+            if self.compiled is not None:
+                self.compiled(count, column, columns, *state, noise)
         for column, source in enumerate(self.sources):
             noise[column::columns] = array("d", [source.gauss(0.0, 1.0) for _ in range(count)])
         return noise
@@ -479,6 +479,6 @@ def unseeded_state(seed: str) -> tuple[array[int], array[int], array[float]]:
     return array("q", key), state, array("d", [0.0, 0.0])
 
 
-def draws_as_python(fast: Normals, count: int = TRIED_NUMBERS) -> bool:
+def draws_as_python(compiled: Normals, count: int = TRIED_NUMBERS) -> bool:
     """Whether compiled code draws what Python does."""
-    return Noise(["noise"], fast).draw_rows(count).tobytes() == Noise(["noise"]).draw_rows(count).tobytes()
+    return Noise(["noise"], compiled).draw_rows(count).tobytes() == Noise(["noise"]).draw_rows(count).tobytes()

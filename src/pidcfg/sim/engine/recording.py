@@ -16,11 +16,11 @@ if TYPE_CHECKING:
 # value with their times, so that a line through them covers the same points of a picture as a line through all
 # values.
 
-MOST_POINTS = 2_000
+MAX_POINTS = 2_000
 """What a signal keeps at most."""
 GROUP_VALUES = 4
 """Values of a group: first, lowest, highest, last."""
-LOW, HIGH = "output low", "output high"
+OUTPUT_LOW, OUTPUT_HIGH = "output low", "output high"
 """What stands for an output's limits among the levels of alarms."""
 
 
@@ -32,18 +32,18 @@ class Recording:
     dt: float = 1.0
     """The base step in s."""
     names: list[str] = field(default_factory=list)
-    group: int = 1
+    group_size: int = 1
     """Base steps in a group."""
     steps: dict[str, array[int]] = field(default_factory=dict)
     """The base steps of the points that are kept, by signal."""
     values: dict[str, array[float]] = field(default_factory=dict)
     levels: dict[tuple[str, str], list[tuple[float, float]]] = field(default_factory=dict)
     """By loop and alarm: where the alarm comes on, from which time in s on; NaN where it is off. The limits of the
-    output, as `LOW` and `HIGH`, likewise."""
+    output, as `OUTPUT_LOW` and `OUTPUT_HIGH`, likewise."""
     _columns: list[tuple[int, str]] = field(default_factory=list)
     _rows: int = 0
     _width: int = 0
-    _open: dict[str, list[float]] = field(default_factory=dict)
+    _open_values: dict[str, list[float]] = field(default_factory=dict)
     """The values so far of the group that is not complete."""
     _times: dict[int, float] = field(default_factory=dict)
     """The times in s of base steps that were asked for."""
@@ -53,17 +53,17 @@ class Recording:
         self.dt, self._rows, self._width = dt, 0, len(names)
         self._columns = [(i, name) for i, name in enumerate(names) if self.chosen is None or name in self.chosen]
         self.names = [name for _, name in self._columns]
-        self.group = 1 if steps <= MOST_POINTS else -(-steps * GROUP_VALUES // MOST_POINTS)
+        self.group_size = 1 if steps <= MAX_POINTS else -(-steps * GROUP_VALUES // MAX_POINTS)
         self.steps = {name: array("q") for name in self.names}
         self.values = {name: array("d") for name in self.names}
-        self.levels, self._open, self._times = {}, {}, {}
+        self.levels, self._open_values, self._times = {}, {}, {}
 
     def note_levels(self, plc: Plc, signals: Sequence[float], time: float) -> None:
         """Notes the levels of all alarms and the limits of all outputs where they have changed."""
         for i, loop in enumerate(plc.loops):
             levels = {alarm: plc.alarm_level(i, alarm) for alarm in plc.alarm_limits}
             low, high = plc.output_limits(i, signals)
-            for name, level in {**levels, LOW: low, HIGH: high}.items():
+            for name, level in {**levels, OUTPUT_LOW: low, OUTPUT_HIGH: high}.items():
                 value = nan if level is None else level
                 rows = self.levels.setdefault((loop, name), [])
                 if not rows or repr(rows[-1][1]) != repr(value):
@@ -77,25 +77,25 @@ class Recording:
 
     def _add_values(self, name: str, values: Sequence[float]) -> None:
         """The next values of a signal, which belong to as many groups as they reach into."""
-        held = self._open.get(name, [])
+        held = self._open_values.get(name, [])
         values = [*held, *values]
-        complete = len(values) - len(values) % self.group
-        places = kept_places(values, complete, self.group)
-        self._keep_points(name, self._rows - len(held), places, values)
-        self._open[name] = values[complete:]
+        complete = len(values) - len(values) % self.group_size
+        indices = kept_indices(values, complete, self.group_size)
+        self._keep_points(name, self._rows - len(held), indices, values)
+        self._open_values[name] = values[complete:]
 
-    def _keep_points(self, name: str, zero: int, places: Sequence[int], values: Sequence[float]) -> None:
+    def _keep_points(self, name: str, zero: int, indices: Sequence[int], values: Sequence[float]) -> None:
         """Keeps a signal's values at these places; the first of all values belongs to base step ``zero``."""
-        self.steps[name].extend([zero + place for place in places])
-        self.values[name].extend(map(values.__getitem__, places))
+        self.steps[name].extend([zero + place for place in indices])
+        self.values[name].extend(map(values.__getitem__, indices))
 
     def end(self) -> None:
         """The run is over; what is left of a group is one."""
-        for name, values in self._open.items():
+        for name, values in self._open_values.items():
             self._keep_points(
-                name, self._rows - len(values), kept_places(values, len(values), len(values) or 1), values
+                name, self._rows - len(values), kept_indices(values, len(values), len(values) or 1), values
             )
-        self._open = {}
+        self._open_values = {}
 
     def signal(self, name: str) -> tuple[list[float], list[float]]:
         """Times in s and values of a signal."""
@@ -106,24 +106,24 @@ class Recording:
         return [times[step] for step in self.steps[name]], self.values[name].tolist()
 
 
-def kept_places(values: Sequence[float], end: int, size: int) -> Sequence[int]:
+def kept_indices(values: Sequence[float], end: int, size: int) -> Sequence[int]:
     """Where first, lowest, highest and last value of each group of this size stand, in the order of time."""
     if size == 1:
         return range(end)
-    places, last = list[int](), size - 1
+    indices, last = list[int](), size - 1
     for first in range(0, end, size):
         group = values[first : first + size]
         low, high = min(group), max(group)
         if low == high:
-            places += first, first + last
+            indices += first, first + last
             continue
-        first_place, second_place = group.index(low), group.index(high)
-        if first_place > second_place:
-            first_place, second_place = second_place, first_place
-        places.append(first)
-        if first_place:
-            places.append(first + first_place)
-        if second_place < last:
-            places.append(first + second_place)
-        places.append(first + last)
-    return places
+        first_extreme, second_extreme = group.index(low), group.index(high)
+        if first_extreme > second_extreme:
+            first_extreme, second_extreme = second_extreme, first_extreme
+        indices.append(first)
+        if first_extreme:
+            indices.append(first + first_extreme)
+        if second_extreme < last:
+            indices.append(first + second_extreme)
+        indices.append(first + last)
+    return indices

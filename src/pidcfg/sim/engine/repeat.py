@@ -16,7 +16,7 @@ from pidcfg.sim.engine.events import Agenda, idle_events
 from pidcfg.sim.engine.influence import Influence, wrong_actions
 from pidcfg.sim.engine.network import initial_values, set_numbers, settle_plants
 from pidcfg.sim.engine.run import Run, Settings, settle_run
-from pidcfg.sim.judgement.evidence import least_swing
+from pidcfg.sim.judgement.evidence import min_swing
 from pidcfg.text.paths import leaves
 
 # Design. What a scenario says in names (loops, wiring, events, expectations) is read, checked and wired once. Another
@@ -24,7 +24,7 @@ from pidcfg.text.paths import leaves
 # records then go back to what they held before the plants came to rest, and the rest is that of any run. What would
 # change more than numbers, or is wrong, is refused: such a scenario runs by itself, which also says what is wrong.
 
-IN_ARRAYS = ("configs", "states", "aux")
+ARRAY_FIELDS = ("configs", "states", "aux")
 """Of a PLC, what lies where the kernels work on it; all else is Python's."""
 
 
@@ -32,15 +32,15 @@ class IrregularError(Exception):
     """A scenario that differs in more than numbers from the one that the run was made of."""
 
 
-def with_numbers(known: Scenario, seed: int, plants: Mapping[Any, Any], events: Sequence[Any]) -> Scenario:
+def replace_numbers(base: Scenario, seed: int, plants: Mapping[Any, Any], events: Sequence[Any]) -> Scenario:
     """A scenario with other plants, by key, and other events at its beginning, as data; raises `IrregularError`."""
     try:
         new = {key: Plant.model_validate(plant) for key, plant in plants.items()}
         first = [Event.model_validate(event) for event in events]
     except ValidationError as error:
         raise IrregularError(str(error)) from None
-    changed = {"seed": seed, "plants": known.plants | new, "events": (*first, *known.events[len(first) :])}
-    return known.model_copy(update=changed)
+    changed = {"seed": seed, "plants": base.plants | new, "events": (*first, *base.events[len(first) :])}
+    return base.model_copy(update=changed)
 
 
 class RepeatedRun:
@@ -68,7 +68,7 @@ class RepeatedRun:
         ]
         self.other_data: list[tuple[Any, Any]] = [(net.signal_values, storage.numbers("d", run.initial_signals))]
         self.other_data += [(objects, storage.rows(objects)) for objects in (*rows[2:], machine.onsets)]
-        fixed = {name: value for name, value in vars(plc).items() if name not in IN_ARRAYS}
+        fixed = {name: value for name, value in vars(plc).items() if name not in ARRAY_FIELDS}
         operated = any(event.loop is not None or event.plc is not None for event in scenario.events)
         self.plc_pickle = pickle.dumps(fixed, pickle.HIGHEST_PROTOCOL) if operated else b""
         self.is_fresh = False
@@ -76,7 +76,7 @@ class RepeatedRun:
         self.trial = new_plc if isinstance(scenario.initial, dict) else self._operated_plc
         self.has_new_parameters = False
         """Events write other parameters of loops than those of the first scenario."""
-        self.idle = [event for event in run.agenda.influence.idle if event.disturb is None]
+        self.idle_events = [event for event in run.agenda.influence.idle_events if event.disturb is None]
         self.gains = [bool(plant.gain) for plant in net.plants]
         self.has_pulses = any(run.agenda.influence.pulse_signals(i) for i in range(len(plc.loops)))
 
@@ -114,7 +114,7 @@ class RepeatedRun:
             content = None
             with suppress(PydanticCustomError):
                 content = self.plc.check_set(loop, keys, value)
-            if content is None or self.plc.period_set(loop, keys, content):
+            if content is None or self.plc.new_period(loop, keys, content):
                 raise IrregularError(event.loop)
 
     def _renew_run(self, scenario: Scenario) -> Run:
@@ -131,9 +131,9 @@ class RepeatedRun:
         settle_plants(net, initial_values(net))
         problems = list(wrong_actions(net, plc))
         influence = self._renew_influence(scenario)
-        if net.noisy:
+        if net.noisy_plants:
             for i, meter in enumerate(machine.meters):
-                meter.least_swing = least_swing(scenario, plc, net, i)
+                meter.min_swing = min_swing(scenario, plc, net, i)
         machine.renew()
         journal = first_run.journal
         agenda = Agenda(scenario, plc, net, machine, journal, influence, first_run.step)
@@ -163,11 +163,11 @@ class RepeatedRun:
             idle = idle_events(scenario, self.trial, net)
             self._renew_plc()
         else:
-            idle = [*self.idle, *idle_events(scenario, self.trial, net, disturbances)]
+            idle = [*self.idle_events, *idle_events(scenario, self.trial, net, disturbances)]
         influence = self.run.agenda.influence
         if self.gains != [bool(plant.gain) for plant in net.plants]:
             return Influence.of(scenario, net, plc, idle)
-        influence.idle = idle
+        influence.idle_events = idle
         return influence
 
     def _operated_plc(self) -> Plc:

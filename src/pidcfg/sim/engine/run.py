@@ -25,7 +25,7 @@ from pidcfg.sim.engine.reference import HeldNetwork
 from pidcfg.sim.judgement.evidence import Evidence, meters_of
 from pidcfg.sim.judgement.expect import MeasuredRun, Watch, alarms_off, place_verdict, verdict, watches_of
 from pidcfg.sim.judgement.meters import DEFAULT_BAND, NEVER, Band, Gauge, Onset, loop_metrics, time_in_control
-from pidcfg.sim.judgement.report import Note, Range, Report, ScanTime, Standing, ten_digits
+from pidcfg.sim.judgement.report import Note, Range, Report, ScanTime, StandingVerdict, ten_digits
 from pidcfg.sim.judgement.standing import LoopWatch, judge_standing, loop_verdict, unused_allowances
 from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import leaves
@@ -45,14 +45,14 @@ def fault_notes(scenario: Scenario, plc: Plc, net: Network, step: int, zero: int
     def time_of(k: int) -> float:
         return ten_digits(max(0, k - zero) * step / TICKS)
 
-    named = {at: name for name, at in net.plant_of.items()}
+    plant_names = {at: name for name, at in net.plant_index.items()}
     for i, plant in enumerate(net.plants):
         if plant.fault:
-            text = str(net.texts[named[i]][1].input)
-            yield _fault_note(time_of(plant.fault_at), plant.fault, f"input of {named[i]}", text)
+            text = str(net.texts[plant_names[i]][1].input)
+            yield _fault_note(time_of(plant.fault_at), plant.fault, f"input of {plant_names[i]}", text)
     for i, channel in enumerate(net.channels):
         if channel.fault:
-            key = str(net.sources[i][-1])
+            key = str(net.channel_paths[i][-1])
             yield _fault_note(time_of(channel.fault_at), channel.fault, key, scenario.connect[key])
     for tick, name, why in plc.faults():
         message = f"the wire of {name} has no value ({why}); it kept the one that it had"
@@ -86,7 +86,7 @@ class Trend:
     sink: Sink
     names: Sequence[str]
     step: int
-    every: int = 1
+    interval: int = 1
     next_step: int = field(default=0, init=False)
     """The base step of the next values."""
 
@@ -99,7 +99,7 @@ class Trend:
         lines = []
         for row in range(rows):
             at = self.next_step + row * stride
-            if at % self.every == 0:
+            if at % self.interval == 0:
                 shown = (f"{value:.10g}" for value in values[row * width : (row + 1) * width])
                 lines.append(",".join([time_text(at * self.step), *shown]))
         self.next_step += rows * stride
@@ -125,10 +125,10 @@ def base_step(scenario: Scenario, plc: Plc) -> int:
     if chosen is not None:
         return max(1, int(chosen * TICKS))
     rates = [plc.base] if plc.running else [config.period for config in plc.configs]
-    return gcd(*rates, *set_rates(scenario, plc)) or TICKS
+    return gcd(*rates, *event_periods(scenario, plc)) or TICKS
 
 
-def set_rates(scenario: Scenario, plc: Plc) -> list[int]:
+def event_periods(scenario: Scenario, plc: Plc) -> list[int]:
     """Sample rates that events of the scenario set, in ticks."""
     periods = []
     for event in scenario.events:
@@ -137,7 +137,7 @@ def set_rates(scenario: Scenario, plc: Plc) -> list[int]:
         loop = plc.loops.index(event.loop)
         for keys, value, _ in leaves(event.set):
             with suppress(PydanticCustomError):  # the check of the scenario reports it
-                periods.append(plc.period_set(loop, keys, plc.check_set(loop, keys, value)))
+                periods.append(plc.new_period(loop, keys, plc.check_set(loop, keys, value)))
     return periods
 
 
@@ -187,11 +187,11 @@ def length_problems(last: int, loops: int, limit: int | None) -> list[Problem]:
 # mean: a quantised loop on an integrator hunts for ever. Where an output is on or off, or pulses, the PVs never rest:
 # there the highest and the lowest PV must come back (D761). Outputs do not count; noise and events are off.
 
-MOST_WINDOWS = 100
+MAX_WINDOWS = 100
 """Windows after which a network counts as one that never settles."""
 WINDOW_SAMPLES = 4
 """Samples of the slowest loop that a window spans at least."""
-MOST_WINDOW_GROWTH = 10
+MAX_WINDOW_GROWTH = 10
 """A window grows at most by this factor to hold whole samples of all loops."""
 CYCLE_WINDOWS = 4
 """Windows whose extremes are held against those of as many before: a cycle may be longer than the time constant."""
@@ -207,28 +207,28 @@ class UnsteadyError(Exception):
         self.problem = problem
 
 
-def run_to_rest(machine: Machine, max_loop_steps: int | None, swinging: Collection[int] = ()) -> int:
-    """Runs the pre-roll and returns its base steps; ``swinging``: loops that may swing. Raises `UnsteadyError`."""
+def run_to_rest(machine: Machine, max_loop_steps: int | None, swing_loops: Collection[int] = ()) -> int:
+    """Runs the pre-roll and returns its base steps; ``swing_loops``: loops that may swing. Raises `UnsteadyError`."""
     plc = machine.plc
     spans: Sequence[Span] = machine.kernels.storage.rows(spans_of(plc))
-    steps = window_of(machine)
+    steps = window_steps(machine)
     windows_left = (
-        MOST_WINDOWS if max_loop_steps is None else min(MOST_WINDOWS, max_loop_steps // (steps * max(len(spans), 1)))
+        MAX_WINDOWS if max_loop_steps is None else min(MAX_WINDOWS, max_loop_steps // (steps * max(len(spans), 1)))
     )
     past_windows: list[list[tuple[float, float]]] = []
-    k, moving = 0, 0
+    k, moving_loop = 0, 0
     while windows_left > 0:
-        k = machine.settle(k, steps, 1 if swinging else windows_left, spans)
-        windows_left = windows_left - 1 if swinging else 0
-        unsteady = [i for i, span in enumerate(spans) if not is_steady(span, steps)]
-        if swinging:
+        k = machine.settle(k, steps, 1 if swing_loops else windows_left, spans)
+        windows_left = windows_left - 1 if swing_loops else 0
+        unsteady_loops = [i for i, span in enumerate(spans) if not is_steady(span, steps)]
+        if swing_loops:
             past_windows.append([(span.low, span.high) for span in spans])
-            ends = {i: [window[i] for window in past_windows] for i in swinging}
-            unsteady = [i for i in unsteady if i not in ends or not swings_alike(ends[i], plc.scales[i])]
-        if not unsteady:
+            ends = {i: [window[i] for window in past_windows] for i in swing_loops}
+            unsteady_loops = [i for i in unsteady_loops if i not in ends or not swings_alike(ends[i], plc.scales[i])]
+        if not unsteady_loops:
             return k
-        moving = unsteady[0]
-    raise UnsteadyError(_unsteady_problem(machine, k, spans[moving], moving, steps))
+        moving_loop = unsteady_loops[0]
+    raise UnsteadyError(_unsteady_problem(machine, k, spans[moving_loop], moving_loop, steps))
 
 
 def spans_of(plc: Plc) -> list[Span]:
@@ -244,20 +244,20 @@ def refused_modes(machine: Machine) -> list[Problem]:
     kind, cure = "no_steady_state", "see the mode changes at 0 s for the reason"
     return [
         Problem(("initial",), f"{loop} rests in {mode}, though {goal} is meant", kind, "warning", cure, loop=loop)
-        for loop, mode, goal in zip(plc.loops, modes, plc.goals, strict=True)
+        for loop, mode, goal in zip(plc.loops, modes, plc.initial_modes, strict=True)
         if goal != "manual" and mode == "manual" and "manual" in plc.modes
     ]
 
 
-def window_of(machine: Machine) -> int:
+def window_steps(machine: Machine) -> int:
     """Base steps of a window: the longest time constant, in whole samples so that all loops sample at time 0."""
     periods = [config.period for config in machine.plc.configs]
-    longest = max(machine.net.longest_time(), machine.plc.longest)
-    least = max(longest * TICKS, WINDOW_SAMPLES * max(periods, default=0), machine.step)
-    common = lcm(*periods, machine.step)
-    if common > MOST_WINDOW_GROWTH * least:
-        common = machine.step
-    return int(-(-least // common)) * common // machine.step
+    longest = max(machine.net.longest_time(), machine.plc.longest_time)
+    min_ticks = max(longest * TICKS, WINDOW_SAMPLES * max(periods, default=0), machine.step)
+    common_ticks = lcm(*periods, machine.step)
+    if common_ticks > MAX_WINDOW_GROWTH * min_ticks:
+        common_ticks = machine.step
+    return int(-(-min_ticks // common_ticks)) * common_ticks // machine.step
 
 
 def swinging_loops(plc: Plc, influence: Influence) -> set[int]:
@@ -324,7 +324,7 @@ class Settings:
     progress: Progress | None = None
     runs: int | None = None
     """Of the call: see `choose_engine`."""
-    reference: bool = True
+    with_reference: bool = True
     """Whether the same plants run beside it without control."""
     with_verdicts: bool = True
     """Whether standing expectations are judged; a run of a battery is compared and not judged."""
@@ -373,10 +373,10 @@ class JudgedRun(NamedTuple):
     metrics: Sequence[Mapping[str, float | None]]
     """Of each loop."""
     evidence: Evidence
-    standing: list[Standing]
+    standing: list[StandingVerdict]
     faults: Sequence[Note]
     """Expressions that had no value."""
-    range_of: Callable[[str], Range]
+    signal_range: Callable[[str], Range]
     """How far a signal went."""
 
 
@@ -405,7 +405,7 @@ class Run:
     trend: Trend | None = None
     periods: list[int] = field(default_factory=list)
     """Sample rates at the last look."""
-    chunk: int = CHUNK
+    chunk_steps: int = CHUNK
     """Base steps between two looks."""
     loop_watch: LoopWatch | None = None
     initial_signals: Sequence[float] = ()
@@ -453,7 +453,7 @@ class Run:
         run = cls(scenario, settings, plc, net, step, last, engine, machine, journal, agenda, watches, problems, notes)
         run.initial_signals = initial_signals
         if settings.progress is not None and engine == "python":
-            run.chunk = PROGRESS_CHUNK
+            run.chunk_steps = PROGRESS_CHUNK
         return run
 
     @property
@@ -465,8 +465,8 @@ class Run:
 
     def steps_to_end(self) -> Iterator[int]:
         """Runs from time 0 to the end; yields the next base step at each look, from the beginning of the pre-roll."""
-        fast = self.machine.kernels.normals() if self.net.noisy else None
-        self.noise = Noise([f"{self.scenario.seed}/{name}" for name in self.net.noisy], fast)
+        fast = self.machine.kernels.normals() if self.net.noisy_plants else None
+        self.noise = Noise([f"{self.scenario.seed}/{name}" for name in self.net.noisy_plants], fast)
         if self.settings.trend is not None:
             self.trend = Trend(self.settings.trend, list(self.net.names), self.step, self.settings.every)
         if self.settings.recording is not None:
@@ -474,7 +474,7 @@ class Run:
         self.periods = list(self.plc.periods)
         self._look_at_settings(0)
         k = self.agenda.zero = self.zero
-        if self.settings.with_verdicts and self.settings.reference:
+        if self.settings.with_verdicts and self.settings.with_reference:
             self.machine.reference = self._begin_reference()
         self.loop_watch = LoopWatch(self._make_evidence())
         for stop, action in self.agenda.stops(self.last, self.loop_watch.stops()):
@@ -504,7 +504,7 @@ class Run:
         """Base steps up to ``end``; the first and the last one stand alone, so that somebody looks after them."""
         bounds = {self.zero + 1, self.zero + self.last} if self.settings.with_report else set()
         while k < end:
-            stop = min([end, k + self.chunk, *(b for b in bounds if b > k)])
+            stop = min([end, k + self.chunk_steps, *(b for b in bounds if b > k)])
             self._advance_chunk(k, stop)
             self._look_at_settings(stop - self.zero)
             k = stop
@@ -514,15 +514,15 @@ class Run:
     def _advance_chunk(self, k: int, stop: int) -> None:
         machine = self.machine
         recording = self.settings.recording
-        every = 1 if recording is not None else self.settings.every if self.trend is not None else 0
-        if every:
-            machine.trend = array("d", bytes(8 * ((stop - k) // every + 1) * len(machine.trend_slots)))
+        interval = 1 if recording is not None else self.settings.every if self.trend is not None else 0
+        if interval:
+            machine.trend = array("d", bytes(8 * ((stop - k) // interval + 1) * len(machine.trend_slots)))
         while k < stop:
-            k = machine.advance(k, self._draw_noise(k, stop), self.zero, self.last, every)
+            k = machine.advance(k, self._draw_noise(k, stop), self.zero, self.last, interval)
             if self.settings.with_report:
                 self.journal.read_log(machine.log, machine.counts[0])
             if self.trend is not None:
-                self.trend.write_rows(machine.trend, machine.counts[1], every)
+                self.trend.write_rows(machine.trend, machine.counts[1], interval)
             if recording is not None:
                 recording.add_rows(machine.trend, machine.counts[1])
             machine.counts[0] = machine.counts[1] = 0
@@ -531,11 +531,11 @@ class Run:
 
     def _draw_noise(self, k: int, stop: int) -> int:
         """Draws the noise of many base steps at once; returns up to which one before ``stop`` there is some."""
-        if not self.net.noisy:
+        if not self.net.noisy_plants:
             return stop
         if k >= self.noise_end:
-            count = min(self.chunk, self.zero + self.last + 1 - k)
-            self.machine.noise = NoiseRows(self.noise.draw_rows(count), len(self.net.noisy), k)
+            count = min(self.chunk_steps, self.zero + self.last + 1 - k)
+            self.machine.noise = NoiseRows(self.noise.draw_rows(count), len(self.net.noisy_plants), k)
             self.noise_end = k + count
         return min(stop, self.noise_end)
 
@@ -561,9 +561,9 @@ class Run:
             loop_metrics(meter, machine.bands[i], self.last, self.dt, signals) for i, meter in enumerate(machine.meters)
         )
         metrics = [{name: None if v is None else ten_digits(v) for name, v in row.items()} for row in rows]
-        switched_off, range_of = alarms_off(self.scenario, self.plc), self._range_lookup()
+        switched_off, signal_range = alarms_off(self.scenario, self.plc), self._range_lookup()
         outcome = MeasuredRun(
-            self.plc, metrics, machine.meters, range_of, self.dt, self.last, switched_off, self.agenda.modes
+            self.plc, metrics, machine.meters, signal_range, self.dt, self.last, switched_off, self.agenda.modes
         )
         expectations = enumerate(self.scenario.expect)
         evidence.verdicts = [
@@ -571,12 +571,12 @@ class Run:
             for i, expectation in expectations
         ]
         if machine.reference is not None:
-            evidence.rivals = {rival.loop: rival for rival in machine.reference.rivals}
+            evidence.benefits = {rival.loop: rival for rival in machine.reference.benefits}
         reasons = ((i, loop.modes[-1].reason) for i, loop in enumerate(self.journal.loops) if loop.modes)
         evidence.reasons = {i: reason for i, reason in reasons if reason}
         verdicts = judge_standing(evidence) if self.settings.with_verdicts else []
         fault_notes_found = list(fault_notes(self.scenario, self.plc, self.net, self.step, self.zero))
-        return JudgedRun(metrics, evidence, verdicts, fault_notes_found, range_of)
+        return JudgedRun(metrics, evidence, verdicts, fault_notes_found, signal_range)
 
     def _make_report(self, judged: JudgedRun) -> Report:
         self.journal.close()
@@ -600,7 +600,7 @@ class Run:
             plc_flags={name: self.plc.word_of_flags.format(word) for name, word in self.plc.flags.items()},
             running=self.plc.running,
             loops=dict(zip(self.plc.loops, self.journal.loops, strict=True)),
-            signals={name: judged.range_of(name) for name in self.net.names},
+            signals={name: judged.signal_range(name) for name in self.net.names},
             expectations=list(evidence.verdicts),
             standing=verdicts,
             events=self.agenda.past_events,
@@ -620,13 +620,13 @@ class Run:
 
     def _range_lookup(self) -> Callable[[str], Range]:
         """What tells how far a signal went."""
-        lows: dict[int, tuple[float, float]] = {g.slot: (g.low, g.high) for g in reversed(self.machine.gauges)}
+        ranges: dict[int, tuple[float, float]] = {g.slot: (g.low, g.high) for g in reversed(self.machine.gauges)}
         for m in self.machine.meters:
-            lows |= {m.pv: (m.pv_low, m.pv_high), m.sp: (m.sp_low, m.sp_high), m.out: (m.out_low, m.out_high)}
+            ranges |= {m.pv: (m.pv_low, m.pv_high), m.sp: (m.sp_low, m.sp_high), m.out: (m.out_low, m.out_high)}
         names, signals = self.net.names, self.net.signal_values
 
-        def range_of(name: str) -> Range:
+        def signal_range(name: str) -> Range:
             slot = names[name]
-            return Range(ten_digits(lows[slot][0]), ten_digits(lows[slot][1]), ten_digits(signals[slot]))
+            return Range(ten_digits(ranges[slot][0]), ten_digits(ranges[slot][1]), ten_digits(signals[slot]))
 
-        return range_of
+        return signal_range

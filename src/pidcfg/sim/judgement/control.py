@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from pidcfg.sim.controllers.plc import TICKS
 from pidcfg.sim.judgement.evidence import (
-    LEAST_SAMPLES,
+    MIN_SAMPLES,
     SMOOTHING_SAMPLES,
     Judgement,
     is_deselected,
@@ -40,14 +40,14 @@ def judge_settling(e: Evidence, i: int) -> Judgement:
     if other is not None:
         return other
     end = e.last + 1 if m.in_control else m.control_since
-    excited = last_excitation(e, i, end)
+    excitation = last_excitation(e, i, end)
     event = last_event(e, i, end)
     if event and end - event <= 2 * e.plc.configs[i].period // e.step:
         return open_verdict(f"what happens at {e.seconds(event):g} s: nothing after it was seen")
     if m.last_outside >= end - 1:
-        return _judge_unsettled(e, i, excited, end)
-    entered = max(m.last_outside + 1, excited)
-    stays, needed = e.seconds(end - entered), proof_time(e, i, e.seconds(entered - excited))
+        return _judge_unsettled(e, i, excitation, end)
+    entry = max(m.last_outside + 1, excitation)
+    stays, needed = e.seconds(end - entry), proof_time(e, i, e.seconds(entry - excitation))
     if stays >= needed:
         limited = _other_set_point(e, i)
         if limited:
@@ -57,7 +57,7 @@ def judge_settling(e: Evidence, i: int) -> Judgement:
         )
     if m.last_outside < 0 and is_unexcited(e, i):
         return unjudged_verdict(NO_EXCITATION)
-    until = _round_up_time(e.seconds(entered) + needed)
+    until = _round_up_time(e.seconds(entry) + needed)
     cure = f"let it run to {until} s" if m.in_control else f"{e.seconds(end):g} s is too early to end its control"
     return open_verdict(f"settled for {_number_text(stays)} s of the {_number_text(needed)} s that show it: {cure}")
 
@@ -92,7 +92,7 @@ def last_excitation(e: Evidence, i: int, end: int) -> int:
 
 def last_event(e: Evidence, i: int, end: int) -> int:
     """The last event that moves a loop before base step ``end``; what ends its control is no test of it."""
-    ended = end if e.meters[i].in_control else end - LEAST_SAMPLES * e.plc.configs[i].period // e.step
+    ended = end if e.meters[i].in_control else end - MIN_SAMPLES * e.plc.configs[i].period // e.step
     return max((k for k, event in e.events() if k < ended and e.influence.can_move(event, i)), default=0)
 
 
@@ -103,7 +103,7 @@ def proof_time(e: Evidence, i: int, arrival: float) -> float:
     whole = (
         there_and_back if pace.integrates or not pace.lag_time else min(pace.dead_time + pace.lag_time, there_and_back)
     )
-    return float(max(whole, LEAST_SAMPLES * period, e.influence.pulse_cycle(i)))
+    return float(max(whole, MIN_SAMPLES * period, e.influence.pulse_cycle(i)))
 
 
 def _other_set_point(e: Evidence, i: int) -> str:
@@ -122,25 +122,27 @@ def _other_set_point(e: Evidence, i: int) -> str:
     )
 
 
-def _judge_unsettled(e: Evidence, i: int, excited: int, end: int) -> Judgement:
+def _judge_unsettled(e: Evidence, i: int, excitation: int, end: int) -> Judgement:
     """Of a PV that is not at its set point in the end."""
     m = e.meters[i]
     pace = e.paces[i]
-    away = abs(e.mean_errors(i)[1]) if m.in_control else e.bands[i]
+    deviation = abs(e.mean_errors(i)[1]) if m.in_control else e.bands[i]
     rate = e.set_point_moves(i) / max(e.seconds(m.window_middle - m.window_start), e.seconds(1))
     by_itself = e.masters[i] < 0 and m.sp_moved_at > last_event(e, i, end) + 2 * e.plc.configs[i].period // e.step
     if by_itself and rate and end - m.sp_moved_at <= m.window_middle - m.window_start:
-        if away <= max(e.bands[i], RAMP_PATIENCE_TIMES * rate * pace.seconds):
-            return proven_verdict(f"follows a set point that moves, {_number_text(away)}{e.unit(i)} behind it")
-        return open_verdict(f"is {_number_text(away)}{e.unit(i)} behind a set point that moves when the run ends")
+        if deviation <= max(e.bands[i], RAMP_PATIENCE_TIMES * rate * pace.seconds):
+            return proven_verdict(f"follows a set point that moves, {_number_text(deviation)}{e.unit(i)} behind it")
+        return open_verdict(f"is {_number_text(deviation)}{e.unit(i)} behind a set point that moves when the run ends")
     halves, swing = m.calm_turns - 2, m.last_swing / 2
     if halves >= 2 and swing > e.bands[i] and m.last_swing >= SUSTAINED_SHARE * m.calm_first_swing:
         text = f"swings by {_number_text(swing)}{e.unit(i)} to either side, and no less in the end"
         return Judgement("failed", text, e.seconds(m.calm_first_turn))
     target = "set point" if m.in_control else "set point when it leaves its mode"
-    text = f"is {_number_text(away)}{e.unit(i)} away from its {target}"
-    since, enough = e.seconds(end - excited), ARRIVAL_TIMES * pace.seconds
-    cure = f": let it run to {_round_up_time(e.seconds(excited) + enough)} s" if m.in_control and since < enough else ""
+    text = f"is {_number_text(deviation)}{e.unit(i)} away from its {target}"
+    since, enough = e.seconds(end - excitation), ARRIVAL_TIMES * pace.seconds
+    cure = (
+        f": let it run to {_round_up_time(e.seconds(excitation) + enough)} s" if m.in_control and since < enough else ""
+    )
     return open_verdict(f"{text}, {since:g} s after what moved it last{cause_of_offset(e, i) or cure}")
 
 
@@ -184,7 +186,7 @@ def _is_bounded_to_the_end(expectation: Expectation, loop: str) -> bool:
 # the set point of the run itself, while the loop is in Auto or Cascade and its sensor sound.
 
 NO_REFERENCE = "the run had no reference"
-MOST_ERROR_SHARE = 0.7
+MAX_ERROR_SHARE = 0.7
 """Of the error without control: with more of it the loop does nothing."""
 SLOWEST_LAGS = 1.5
 """Sums of the lags after the dead time, in which a step of the set point has come 63 % of its way; where the dead time
@@ -195,23 +197,23 @@ LONGEST_STEP_ERROR = 1.5
 
 def judge_benefit(e: Evidence, i: int) -> Judgement:
     """Judges one loop by what its plant would have done without it."""
-    rival = e.rivals.get(i)
+    benefit = e.benefits.get(i)
     other = _judge_exempt(e, i)
     if other is not None:
         return other
-    if rival is None:
-        if e.plc.loops[i] in e.plc.wired:
+    if benefit is None:
+        if e.plc.loops[i] in e.plc.wired_loops:
             return unjudged_verdict("its PV comes from the PLC's program")
         return open_verdict(f"whether it does better than without control: {NO_REFERENCE}")
     if is_unexcited(e, i):
         return unjudged_verdict(NO_EXCITATION)
-    share = rival.error / rival.held_error if rival.held_error else 1.0
-    if share > MOST_ERROR_SHARE:
-        return open_verdict(f"no better than without control: {100 * share:.0f} % of the error is left")
+    error_share = benefit.error / benefit.held_error if benefit.held_error else 1.0
+    if error_share > MAX_ERROR_SHARE:
+        return open_verdict(f"no better than without control: {100 * error_share:.0f} % of the error is left")
     late = _slow_answer(e, i)
     if late:
         return open_verdict(f"no better than without control: {late}")
-    return proven_verdict(f"leaves {100 * share:.0f} % of the error that there would be without it")
+    return proven_verdict(f"leaves {100 * error_share:.0f} % of the error that there would be without it")
 
 
 NO_EXCITATION = "no excitation: without it the PV would have stayed at its set point as well"
@@ -219,7 +221,7 @@ NO_EXCITATION = "no excitation: without it the PV would have stayed at its set p
 
 def is_unexcited(e: Evidence, i: int) -> bool:
     """Whether the run has nothing to control."""
-    return i in e.rivals and e.rivals[i].widest_error <= e.bands[i]
+    return i in e.benefits and e.benefits[i].widest_error <= e.bands[i]
 
 
 def _slow_answer(e: Evidence, i: int) -> str:
@@ -230,17 +232,17 @@ def _slow_answer(e: Evidence, i: int) -> str:
     if m.sp_moved_at > m.locked_until or abs(m.sp_after - m.sp_before) <= e.bands[i]:
         return ""
     answered = max(SLOWEST_LAGS * pace.lag_time, pace.dead_time + pace.lag_time)
-    needed = pace.dead_time + answered + SMOOTHING_SAMPLES * e.plc.configs[i].period / TICKS
+    limit = pace.dead_time + answered + SMOOTHING_SAMPLES * e.plc.configs[i].period / TICKS
     end = min(e.last if m.in_control else m.control_since, m.step_until)
-    took = e.seconds((m.reached_at if m.reached_at >= 0 else end) - m.event_at)
-    creeps = e.seconds(m.step_error) / abs(m.sp_after - m.sp_before)
-    if took <= needed and m.reached_at >= 0 and creeps > LONGEST_STEP_ERROR * needed:
+    delay = e.seconds((m.reached_at if m.reached_at >= 0 else end) - m.event_at)
+    error_time = e.seconds(m.step_error) / abs(m.sp_after - m.sp_before)
+    if delay <= limit and m.reached_at >= 0 and error_time > LONGEST_STEP_ERROR * limit:
         return (
-            f"the error after the step is that of a whole step for {_number_text(creeps)} s, more than "
-            f"{_number_text(LONGEST_STEP_ERROR * needed)} s (D912); where it may, expect a settling_time"
+            f"the error after the step is that of a whole step for {_number_text(error_time)} s, more than "
+            f"{_number_text(LONGEST_STEP_ERROR * limit)} s (D912); where it may, expect a settling_time"
         )
-    if took <= needed:
+    if delay <= limit:
         return ""
     verb = "comes 63 % of the way" if m.reached_at >= 0 else "has not come 63 % of the way"
-    text = f"the PV {verb} to its new set point after {took:g} s, later than {_number_text(needed)} s (D912)"
+    text = f"the PV {verb} to its new set point after {delay:g} s, later than {_number_text(limit)} s (D912)"
     return f"{text}; where it may, expect a settling_time"

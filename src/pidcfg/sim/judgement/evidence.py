@@ -9,11 +9,11 @@ from math import hypot
 from typing import TYPE_CHECKING, NamedTuple
 
 from pidcfg.schemas.expressions import ABSOLUTE, CONSTANT, MAXIMUM, MINIMUM, NEGATE, ROOT, SIGNAL
-from pidcfg.sim.controllers.plc import IN_CONTROL, SETPOINT, TICKS, steps_until
+from pidcfg.sim.controllers.plc import CONTROL_MODES, SETPOINT, TICKS, steps_until
 from pidcfg.sim.engine.expressions import evaluate
-from pidcfg.sim.engine.influence import RAISED_BY, pv_change, read_signals
+from pidcfg.sim.engine.influence import OUTPUT_STEP, pv_change, read_signals
 from pidcfg.sim.engine.plants import PERCENT
-from pidcfg.sim.judgement.meters import Meter, Rival
+from pidcfg.sim.judgement.meters import Benefit, Meter
 from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import dotted_text, leaves
 
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 # one window at a time; between two of them it is set to the next (`aim_meter`), so that the
 # kernel knows of one only. How long a window has to be for an answer depends on the plant: `plant_time`.
 
-END_DIVISOR, LEAST_DEAD_TIMES, LEAST_SAMPLES = 10, 3, 10
+END_DIVISOR, MIN_DEAD_TIMES, MIN_SAMPLES = 10, 3, 10
 """The end of a run is its last tenth, but so many dead times and samples at least."""
 STAGE_DIVISOR = 4
 """Before an event it is the last quarter of the time since the one before, with the same least lengths."""
@@ -69,19 +69,19 @@ class Look:
         return (self.end + 1 - self.start) / 2
 
 
-def looks_at(scenario: Scenario, plc: Plc, influence: Influence, i: int, step: int, last: int) -> list[Look]:
+def make_looks(scenario: Scenario, plc: Plc, influence: Influence, i: int, step: int, last: int) -> list[Look]:
     """The looks at one loop in a run of ``last`` base steps of ``step`` ticks; the final one is always there."""
     net = influence.net
-    dead = max((float(net.texts[name][1].dead_time) for name in influence.plants_between(i)), default=0.0)
-    least = max(LEAST_DEAD_TIMES * dead * TICKS / step, LEAST_SAMPLES * plc.configs[i].period / step)
+    dead_time = max((float(net.texts[name][1].dead_time) for name in influence.plants_between(i)), default=0.0)
+    min_length = max(MIN_DEAD_TIMES * dead_time * TICKS / step, MIN_SAMPLES * plc.configs[i].period / step)
     event_ks = {k for k, event in event_steps(scenario, step, last) if influence.can_move(event, i)}
     bounds = [0, *sorted(event_ks - {0})]
     looks = []
     for stage, following in pairwise(bounds):
-        length = round(max((following - stage) / STAGE_DIVISOR, least))
+        length = round(max((following - stage) / STAGE_DIVISOR, min_length))
         if stage + length < following:
             looks.append(_make_look(following - 1, length, stage, final=False, following=following * step / TICKS))
-    length = min(last, round(max(last / END_DIVISOR, least)))
+    length = min(last, round(max(last / END_DIVISOR, min_length)))
     return [*looks, _make_look(last, length, bounds[-1], final=True, following=last * step / TICKS)]
 
 
@@ -119,20 +119,20 @@ class Pace:
 def plant_time(plc: Plc, influence: Influence, i: int) -> Pace:
     """The pace of one loop's plants."""
     net = influence.net
-    dead, lagging, integrates = 0.0, 0.0, False
+    dead_time, lag_time, integrates = 0.0, 0.0, False
     low, high, _ = plc.scales[i]
-    least, most = (0.0, 1.0) if plc.pulse_cycle(i) else plc.output_limits(i, net.signal_values)
+    out_low, out_high = (0.0, 1.0) if plc.pulse_cycle(i) else plc.output_limits(i, net.signal_values)
     for name in influence.plants_between(i):
         text = net.texts[name][1]
-        dead += float(text.dead_time)
-        lagging += sum(lag_times(text))
+        dead_time += float(text.dead_time)
+        lag_time += sum(lag_times(text))
         integrates = integrates or text.model == "integrator"
-    speed, turn = (
-        abs(pv_change(net, plc, i)) * (most - least),
-        SMOOTHING_SAMPLES * plc.configs[i].period / TICKS + dead + lagging,
+    speed, turn_time = (
+        abs(pv_change(net, plc, i)) * (out_high - out_low),
+        SMOOTHING_SAMPLES * plc.configs[i].period / TICKS + dead_time + lag_time,
     )
     crossing = abs(high - low) / speed if integrates and speed else 0.0
-    return Pace(dead, turn + crossing, turn, lagging, integrates)
+    return Pace(dead_time, turn_time + crossing, turn_time, lag_time, integrates)
 
 
 def lag_times(text: PlantText) -> Iterator[float]:
@@ -240,7 +240,7 @@ class Evidence:
     """The event that changed a loop's set point last, and to what, where that is a number in the PV's unit."""
     verdicts: Sequence[Verdict] = ()
     """What became of the scenario's expectations."""
-    rivals: Mapping[int, Rival] = field(default_factory=dict)
+    benefits: Mapping[int, Benefit] = field(default_factory=dict)
     """What the plants of each loop would have done without it, by its number; empty: there was no reference."""
     bands: list[float] = field(default_factory=list)
     """How far from its set point each loop's PV may come to rest (D332)."""
@@ -299,7 +299,7 @@ class Evidence:
         low, high, _ = self.plc.scales[loop]
         return abs(high - low)
 
-    def least_difference(self, loop: int) -> float:
+    def min_difference(self, loop: int) -> float:
         """A difference of the PV that is more than rounding."""
         return max(ROUNDING_COUNTS * self.span(loop) / self.plc.scales[loop][2], NEGLIGIBLE_SHARE * self.span(loop))
 
@@ -324,7 +324,7 @@ class Evidence:
     def set_point_of(self, event: Event, loop: int) -> object:
         """What an event sets a loop's set point to, itself or a signal that it is made of; None: it does not."""
         if event.loop is None:
-            made_of, outside = self.influence.set_points[loop], self.net.outside
+            made_of, outside = self.influence.set_points[loop], self.net.outside_signals
             values = ((outside[dotted_text(path)], value) for path, value, _ in leaves(event.set or {}))
             return next((value for slot, value in values if slot in made_of), None)
         if event.loop != self.plc.loops[loop]:
@@ -345,10 +345,10 @@ class Evidence:
     @staticmethod
     def is_control(mode: str) -> bool:
         """Whether a mode is one in which a loop controls."""
-        return mode in IN_CONTROL
+        return mode in CONTROL_MODES
 
 
-DEVIATIONS = {"deviation_red", "deviation_high_high"}
+DEVIATION_ALARMS = {"deviation_red", "deviation_high_high"}
 """Outermost alarms that say nothing of a loop in Manual."""
 BAND_SHARE = 0.02
 """Of the span: how far from its set point a PV may come to rest."""
@@ -367,13 +367,13 @@ def band_of(e: Evidence, i: int) -> float:
         return float(tolerance.value) * (span / 100 if tolerance.unit == "%" else 1.0)
     inner = e.plc.inner_deviation(i)
     share = SWITCHED_BAND_SHARE if e.plc.only_switches(i) else BAND_SHARE
-    return max(e.least_difference(i), share * span if inner is None else min(share * span, inner))
+    return max(e.min_difference(i), share * span if inner is None else min(share * span, inner))
 
 
 def pulse_ripple(e: Evidence, i: int) -> float:
     """How far the PV goes up and down with pulses that are on for half of their cycle; 0: there are none."""
     cycle = e.influence.pulse_cycle(i)
-    by = RAISED_BY if e.plc.pulse_cycle(i) else PERCENT
+    by = OUTPUT_STEP if e.plc.pulse_cycle(i) else PERCENT
     return (
         abs(pv_change(e.net, e.plc, i, step=by)) * cycle / (RIPPLE_DIVISOR * max(e.paces[i].lag_time, cycle))
         if cycle
@@ -390,7 +390,7 @@ def limits_reached(e: Evidence, loop: int) -> str:
 
 # --- What the meters of a run have to know beforehand: masks, the mode that is wanted, and where the end begins -------
 
-END_THIRD = 3
+LAST_THIRD_DIVISOR = 3
 SWING_COUNTS, SWING_SHARE, SWING_NOISE = 4, 0.01, 10
 """Counts, share of the span, and standard deviations of the noise that a swing must pass, peak to peak."""
 
@@ -412,16 +412,16 @@ def _make_meter(scenario: Scenario, plc: Plc, net: Network, i: int, last: int) -
     config = plc.configs[i]
     m = Meter(config.pv_slot, config.sp_slot, config.out_slot)
     m.control_bits = plc.control_bits
-    m.wanted_bits = plc.modes.get(plc.goals[i], 0) & m.control_bits
+    m.wanted_bits = plc.modes.get(plc.initial_modes[i], 0) & m.control_bits
     named = {e.alarm for e in scenario.expect if e.loop == plc.loops[i] and e.alarm and not e.never}
     m.outer_bits = sum(plc.alarm_bits[name] for name in plc.outer_alarms if name not in named)
-    m.level_bits = sum(plc.alarm_bits[name] for name in plc.outer_alarms if name not in named | DEVIATIONS)
-    m.last_third = last - last // END_THIRD
-    m.least_swing = least_swing(scenario, plc, net, i)
+    m.level_bits = sum(plc.alarm_bits[name] for name in plc.outer_alarms if name not in named | DEVIATION_ALARMS)
+    m.last_third = last - last // LAST_THIRD_DIVISOR
+    m.min_swing = min_swing(scenario, plc, net, i)
     return m
 
 
-def least_swing(scenario: Scenario, plc: Plc, net: Network, i: int) -> float:
+def min_swing(scenario: Scenario, plc: Plc, net: Network, i: int) -> float:
     """How far a loop's PV must go up and down to swing."""
     low, high, counts = plc.scales[i]
     span = abs(high - low)
@@ -432,7 +432,7 @@ def noise_of(scenario: Scenario, plc: Plc, net: Network, loop: int) -> float:
     """The standard deviation of the noise of a loop's PV, at rest."""
     total = 0.0
     for name in _noise_sources(net, plc, loop):
-        plant = net.plants[net.plant_of[name]]
+        plant = net.plants[net.plant_index[name]]
         later = [(e.disturb or {}).get("noise", 0) for e in scenario.events if (e.plant or e.loop) == name]
         sigma = max([plant.sigma, *map(float, later)])
         total = hypot(total, _pv_change(net, plc, loop, plant.measured, sigma))
@@ -442,11 +442,11 @@ def noise_of(scenario: Scenario, plc: Plc, net: Network, loop: int) -> float:
 def _noise_sources(net: Network, plc: Plc, loop: int) -> list[str]:
     """The noisy plants whose measurements a loop's PV is made of, by what reads what alone."""
     if loop not in net.noise_sources:
-        inlet = plc.inlets.get(plc.loops[loop])
+        inlet = plc.pv_inputs.get(plc.loops[loop])
         target = plc.configs[loop].in_slot if inlet is None else plc.inputs[inlet]
         net.noise_sources[loop] = []
-        for name in net.noisy:
-            reached = {net.plants[net.plant_of[name]].measured}
+        for name in net.noisy_plants:
+            reached = {net.plants[net.plant_index[name]].measured}
             for channel in net.channels:
                 if not reached.isdisjoint(read_signals(net, channel)):
                     reached.add(channel.target)
@@ -456,21 +456,21 @@ def _noise_sources(net: Network, plc: Plc, loop: int) -> list[str]:
 
 def _pv_change(net: Network, plc: Plc, loop: int, measured: int, sigma: float) -> float:
     """What a change of a measurement by ``sigma`` makes of a loop's PV, by way of connections alone."""
-    raised = list(net.signal_values)
-    raised[measured] += sigma
+    raised_signals = list(net.signal_values)
+    raised_signals[measured] += sigma
     stack = net.pool.new_stack()
     for channel in net.channels:
         if channel.source >= 0:
-            raised[channel.target] += raised[channel.source] - net.signal_values[channel.source]
+            raised_signals[channel.target] += raised_signals[channel.source] - net.signal_values[channel.source]
         else:
             ends = [
                 evaluate(net.pool.code, net.pool.constants, channel.first, channel.last, signals, stack)
-                for signals in (net.signal_values, raised)
+                for signals in (net.signal_values, raised_signals)
             ]
-            raised[channel.target] += ends[1] - ends[0]
-    inlet = plc.inlets.get(plc.loops[loop])
+            raised_signals[channel.target] += ends[1] - ends[0]
+    inlet = plc.pv_inputs.get(plc.loops[loop])
     target = plc.configs[loop].in_slot if inlet is None else plc.inputs[inlet]
-    return abs(raised[target] - net.signal_values[target])
+    return abs(raised_signals[target] - net.signal_values[target])
 
 
 # --- Whether another loop's output is taken in the place of a loop's own: by a selector, by ``min`` or ``max`` --------
@@ -479,7 +479,7 @@ def _pv_change(net: Network, plc: Plc, loop: int, measured: int, sigma: float) -
 # constant, or of an output and a signal from outside, is a limit of the output: a loop that stands at it is
 # saturated. So is one whose output a plant takes as it is, whatever the loop's own inputs say.
 
-OPERANDS = {CONSTANT: 0, SIGNAL: 0, NEGATE: 1, ABSOLUTE: 1, ROOT: 1}
+OPERAND_COUNTS = {CONSTANT: 0, SIGNAL: 0, NEGATE: 1, ABSOLUTE: 1, ROOT: 1}
 """How many operands an operation takes; all others take two."""
 
 
@@ -489,7 +489,7 @@ def is_deselected(e: Evidence, i: int) -> bool:
     own, rivals = e.influence.rival_signals(i)
     if any(out in read_signals(e.net, plant) and not _is_left_out(e, plant, out, rivals) for plant in e.net.plants):
         return False
-    return e.plc.left_out(i, e.signal_values, own, rivals) or _is_selected_away(e, i, rivals)
+    return e.plc.is_deselected(i, e.signal_values, own, rivals) or _is_selected_away(e, i, rivals)
 
 
 def _is_selected_away(e: Evidence, i: int, rivals: frozenset[int]) -> bool:
@@ -516,18 +516,18 @@ def _is_left_out(e: Evidence, reader: Plant | Channel, out: int, rivals: frozens
 
 def _selections(e: Evidence, first: int, last: int) -> Iterator[tuple[set[int], set[int]]]:
     """Of each ``min`` and ``max`` in an expression the signals of what it takes now, and of what it leaves out."""
-    pool, parts = e.net.pool, list[int]()
+    pool, operand_starts = e.net.pool, list[int]()
     code = pool.code
-    for place in range(first, last, 2):
-        if code[place] in {MINIMUM, MAXIMUM}:
-            (a, b), end = parts[-2:], place
+    for position in range(first, last, 2):
+        if code[position] in {MINIMUM, MAXIMUM}:
+            (a, b), end = operand_starts[-2:], position
             sides = (a, b), (b, end)
             left, right = (evaluate(code, pool.constants, *side, e.signal_values, pool.new_stack()) for side in sides)
             signals = [{code[k + 1] for k in range(*side, 2) if code[k] == SIGNAL} for side in sides]
-            takes_right = right < left if code[place] == MINIMUM else right > left
+            takes_right = right < left if code[position] == MINIMUM else right > left
             yield (signals[1], signals[0]) if takes_right else (signals[0], signals[1])
-        operands = OPERANDS.get(code[place], 2)
+        operands = OPERAND_COUNTS.get(code[position], 2)
         if operands == 0:
-            parts.append(place)
+            operand_starts.append(position)
         elif operands == 2:
-            parts.pop()
+            operand_starts.pop()

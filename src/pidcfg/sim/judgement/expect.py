@@ -33,7 +33,7 @@ class MeasuredRun:
     metrics: Sequence[Mapping[str, float | None]]
     """Of each loop."""
     meters: Sequence[Meter]
-    range_of: Callable[[str], Range]
+    signal_range: Callable[[str], Range]
     """How far a signal went."""
     dt: float
     last: int
@@ -68,14 +68,14 @@ def alarms_off(scenario: Scenario, plc: Plc) -> set[tuple[str, str]]:
         for event in scenario.events
         if any(str(keys[0]).startswith("alarms") for keys, _, _ in leaves(event.set or {}))
     }
-    named = {
+    expected_alarms = {
         (expectation.loop, expectation.alarm)
         for expectation in scenario.expect
         if expectation.loop and expectation.alarm
     }
     return {
         (loop, alarm)
-        for loop, alarm in named
+        for loop, alarm in expected_alarms
         if loop not in switched_loops and not plc.alarm_is_on(plc.loops.index(loop), alarm)
     }
 
@@ -145,26 +145,26 @@ def _nothing_measured(name: str, value: float | None, meter: Meter, dt: float) -
 
 def _signal_verdict(expectation: Expectation, watch: Gauge | None, run: MeasuredRun) -> Verdict:
     name = str(expectation.signal)
-    reached = run.range_of(name)
+    signal_range = run.signal_range(name)
     if watch is not None and watch.low > watch.high:
         return Verdict(f"{name}: no base step lies in its time", passed=False, value=None)
     if watch is not None:
-        reached = Range(ten_digits(watch.low), ten_digits(watch.high), reached.final)
-    low = expectation.min is None or reached.low >= float(expectation.min.value)
-    high = expectation.max is None or reached.high <= float(expectation.max.value)
+        signal_range = Range(ten_digits(watch.low), ten_digits(watch.high), signal_range.final)
+    low = expectation.min is None or signal_range.low >= float(expectation.min.value)
+    high = expectation.max is None or signal_range.high <= float(expectation.max.value)
     parts = [_bounds_text(expectation.min, expectation.max)]
     value: Any = (
-        [reached.low, reached.high]
+        [signal_range.low, signal_range.high]
         if expectation.min and expectation.max
-        else reached.low
+        else signal_range.low
         if expectation.min
-        else reached.high
+        else signal_range.high
     )
     final = True
     if expectation.final is not None and expectation.tolerance is not None:
-        final = abs(reached.final - float(expectation.final)) <= float(expectation.tolerance.value)
+        final = abs(signal_range.final - float(expectation.final)) <= float(expectation.tolerance.value)
         parts.append(f"{expectation.final:f} ± {expectation.tolerance.value:f} at the end")
-        value = reached.final if low and high else value
+        value = signal_range.final if low and high else value
     since = "" if expectation.start is None else f" from {expectation.start:f} s"
     until = "" if expectation.until is None else f" until {expectation.until:f} s"
     return Verdict(f"{name} {', '.join(p for p in parts if p)}{since}{until}", low and high and final, value)
@@ -217,13 +217,13 @@ def _flag_verdict(expectation: Expectation, run: MeasuredRun) -> Verdict:
 
 def _autotune_verdict(expectation: Expectation, run: MeasuredRun) -> Verdict:
     name = str(expectation.autotune)
-    tuned = run.plc.tuned(run.plc.loops.index(expectation.loop or ""))
+    result = run.plc.tuning_result(run.plc.loops.index(expectation.loop or ""))
     subject = f"{expectation.loop} autotune {name}"
     if name in {"done", "error"}:
         expected = True if expectation.value is None else bool(expectation.value)
-        ended = None if tuned is None else tuned["done"] if name == "done" else tuned["error"]
+        ended = None if result is None else result["done"] if name == "done" else result["error"]
         return Verdict(f"{subject} is {'true' if expected else 'false'}", ended is expected, ended)
-    value = None if tuned is None else tuned["results"].get(name)
+    value = None if result is None else result["results"].get(name)
     if expectation.min is None and expectation.max is None:
         return Verdict(f"{subject} is found", value is not None, value)
     return Verdict(

@@ -7,7 +7,7 @@ from math import exp, inf
 
 from pidcfg.sim.engine.influence import pv_change
 from pidcfg.sim.judgement.evidence import (
-    LEAST_SAMPLES,
+    MIN_SAMPLES,
     NEGLIGIBLE_SHARE,
     PATIENCE_TIMES,
     Evidence,
@@ -53,10 +53,10 @@ def judge_look(e: Evidence, i: int, look: Look) -> LookResult | None:
     if limit:
         return LookResult(look, _judge_limit(e, i, look, limit), proven_verdict("its output is at a limit"), arrived)
     opponent = next((name for j, name in _opponents(e, i) if _is_working(e, i) and _is_working(e, j)), "")
-    inside = proven_verdict("its output is inside its limits")
+    saturation = proven_verdict("its output is inside its limits")
     if opponent:
-        inside = open_verdict(f"{opponent} works against it: both move one PV, with opposite effects")
-    return LookResult(look, inside, _judge_offset(e, i, look), arrived)
+        saturation = open_verdict(f"{opponent} works against it: both move one PV, with opposite effects")
+    return LookResult(look, saturation, _judge_offset(e, i, look), arrived)
 
 
 def _judge_late_control(e: Evidence, i: int, look: Look) -> Judgement | None:
@@ -95,15 +95,17 @@ def _judge_limit(e: Evidence, i: int, look: Look, limit: str) -> Judgement:
             f"at {limit} with an error of {late:.4g}: an event at {e.seconds(look.stage_start):g} s"
         )
     pace, time = e.paces[i], _time_of_one_sign(e, i, look)
-    still = abs(early - late) < e.least_difference(i)
-    moves = (
+    stands_still = abs(early - late) < e.min_difference(i)
+    must_move = (
         pace.integrates
-        and e.span(i) * e.seconds(look.half_length) >= SEEN_DIFFERENCES * e.least_difference(i) * pace.seconds
+        and e.span(i) * e.seconds(look.half_length) >= SEEN_DIFFERENCES * e.min_difference(i) * pace.seconds
     )
-    if (still or late > early) and time < (pace.seconds if still and not moves else TURN_TIMES * pace.turn_time):
+    if (stands_still or late > early) and time < (
+        pace.seconds if stands_still and not must_move else TURN_TIMES * pace.turn_time
+    ):
         return too_early_verdict(f"at {limit} with an error of {late:.4g}: too little time for its plant to turn round")
-    settled = not pace.integrates and time >= SETTLING_TIMES * pace.seconds
-    if still or late > early or (settled and early - late < _expected_decay(e, i, look, early)):
+    has_settled = not pace.integrates and time >= SETTLING_TIMES * pace.seconds
+    if stands_still or late > early or (has_settled and early - late < _expected_decay(e, i, look, early)):
         return excuse_limit(e, i) or _judge_lasting_error(e, i, look, f"at {limit} with an error of")
     return proven_verdict("is at a limit of its output with an error that gets smaller")
 
@@ -113,22 +115,22 @@ def _judge_offset(e: Evidence, i: int, look: Look) -> Judgement:
     if abs(late) <= e.bands[i]:
         return proven_verdict("its PV comes to its set point, and stays there")
     decay = _expected_decay(e, i, look, abs(early))
-    moving = e.least_difference(i) if e.paces[i].integrates else max(decay, e.least_difference(i))
+    moving = e.min_difference(i) if e.paces[i].integrates else max(decay, e.min_difference(i))
     if abs(early - late) >= moving:
         return proven_verdict("its PV is on its way to its set point")
     if look.stage_start > look.start:
         return too_early_verdict(f"an error of {abs(late):.4g}: an event at {e.seconds(look.stage_start):g} s")
     if is_deselected(e, i):
         return unjudged_verdict("a selector leaves its output out")
-    if e.meters[i].broken:
+    if e.meters[i].sensor_broken:
         return unjudged_verdict("an event has broken its sensor")
-    if e.set_point_moves(i) >= e.least_difference(i):
+    if e.set_point_moves(i) >= e.min_difference(i):
         return unjudged_verdict(f"an error of {abs(late):.4g}: its set point moves")
     if e.plc.profile_step(e.meters[i].last_third_aux | e.meters[i].aux_status):
         return unjudged_verdict("a profile runs")
-    still = abs(early - late) < e.least_difference(i) and decay >= SEEN_DIFFERENCES * e.least_difference(i)
+    still = abs(early - late) < e.min_difference(i) and decay >= SEEN_DIFFERENCES * e.min_difference(i)
     needed = TURN_TIMES if still else PATIENCE_TIMES
-    if decay < e.least_difference(i) or _time_of_one_sign(e, i, look) < needed * e.paces[i].seconds:
+    if decay < e.min_difference(i) or _time_of_one_sign(e, i, look) < needed * e.paces[i].seconds:
         return too_early_verdict(f"an error of {abs(late):.4g}: too little time for its plant to show whether it lasts")
     return _judge_lasting_error(e, i, look, "inside its output limits with an error of", cause_of_offset(e, i))
 
@@ -163,8 +165,8 @@ def _judge_lasting_error(e: Evidence, i: int, look: Look, state: str, cause: str
     early, late = (abs(error) for error in e.mean_errors(i))
     verb, until = ("ends", "") if look.is_final else ("is", f" until the event at {look.next_event_time:g} s")
     text = f"{verb} {state} {late:.4g}{e.unit(i)}, which was {early:.4g} from {since:g} s on{until}{cause}"
-    if (look.end - look.start) * e.step < LEAST_SAMPLES * e.plc.configs[i].period:
-        return too_early_verdict(f"{text}: the run has fewer than {LEAST_SAMPLES} samples")
+    if (look.end - look.start) * e.step < MIN_SAMPLES * e.plc.configs[i].period:
+        return too_early_verdict(f"{text}: the run has fewer than {MIN_SAMPLES} samples")
     if e.seconds(look.half_length) < SHORT_WINDOW_SHARE * e.paces[i].seconds:
         return too_early_verdict(f"{text}: too little time for its plant to move")
     return failed_verdict(text, since)
@@ -190,7 +192,7 @@ def excuse_limit(e: Evidence, i: int) -> Judgement | None:
     """Why a loop may stay at a limit; None: nothing says so."""
     if is_deselected(e, i):
         return unjudged_verdict("a selector leaves its output out")
-    if e.meters[i].broken:
+    if e.meters[i].sensor_broken:
         return unjudged_verdict("an event has broken its sensor")
     if e.plc.windup_input(i, e.signal_values):
         slaves = [j for j in e.slaves(i) if e.meters[j].in_control]

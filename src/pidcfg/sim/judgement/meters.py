@@ -91,7 +91,7 @@ class Meter:
     """Those of them that count in Manual, too: of the PV alone."""
     armed: int = 0
     """There was none before: a cold start is over."""
-    broken: int = 0
+    sensor_broken: int = 0
     """The loop's sensor is broken by an event."""
     blind_from: int = -1
     """The time in Auto or Cascade at which it broke for good; −1: it has not, or has been repaired."""
@@ -129,7 +129,7 @@ class Meter:
     # swings of the PV: in the last third, and since the last event
     swings_from: int = NEVER
     """From here on they are looked at."""
-    least_swing: float = 0.0
+    min_swing: float = 0.0
     """A move of the PV that is no larger is no swing."""
     direction: int = 1
     """The PV rises (1) or falls (−1)."""
@@ -144,21 +144,21 @@ class Meter:
     """Turning points of the last third, the first of which may be none: the run was cut there."""
     first_turn: int = 0
     first_swing: float = 0.0
-    swings: float = 0.0
+    swing_sum: float = 0.0
     """The sum of all."""
-    shortest: int = 0
+    shortest_period: int = 0
     """Base steps of the shortest whole period, and of the longest."""
-    longest: int = 0
+    longest_period: int = 0
     calm_turns: int = 0
     """The same since the last event, also from before the last third."""
     calm_first_turn: int = 0
     calm_first_swing: float = 0.0
-    calm_swings: float = 0.0
-    calm_shortest: int = 0
-    calm_longest: int = 0
+    calm_swing_sum: float = 0.0
+    calm_shortest_period: int = 0
+    calm_longest_period: int = 0
     growing_swings: int = 0
     """Swings in a row each of which was larger than the one before, up to the last one."""
-    most_growing_swings: int = 0
+    max_growing_swings: int = 0
     """The most of them since the last event."""
     widest_swing: float = 0.0
     """The largest swing since the last event."""
@@ -174,7 +174,7 @@ class Onset:
 
 
 @dataclass(slots=True)
-class Rival:
+class Benefit:
     """What a loop does, and what its plant would do with the loop's output held, against one set point."""
 
     loop: int
@@ -223,7 +223,7 @@ def note_onsets(k: int, loop: int, status: int, onsets: Sequence[Onset]) -> None
 def count_alarm(k: int, m: Meter) -> None:
     """An alarm of the outermost kind has come or gone, or no longer counts (kernel)."""
     wanted = m.outer_bits if m.in_control == 1 else m.level_bits
-    bits = m.status & wanted if m.broken == 0 and m.status > 0 else 0
+    bits = m.status & wanted if m.sensor_broken == 0 and m.status > 0 else 0
     if bits == 0 and m.status > 0:
         m.armed = 1
     if m.armed == 0:
@@ -281,7 +281,7 @@ def time_in_control(m: Meter, last: int) -> int:
 def break_sensor(m: Meter, k: int, *, for_good: bool) -> None:
     """A loop's sensor breaks at base step ``k``; if it was broken before, it is otherwise from now on."""
     repair_sensor(m, k)
-    m.broken = 1
+    m.sensor_broken = 1
     m.blind_from = time_in_control(m, k) if for_good else -1
     count_alarm(k, m)
 
@@ -290,7 +290,7 @@ def repair_sensor(m: Meter, k: int) -> None:
     """A loop's sensor is sound again."""
     if m.blind_from >= 0:
         m.blind_steps += time_in_control(m, k) - m.blind_from
-    m.broken, m.blind_from = 0, -1
+    m.sensor_broken, m.blind_from = 0, -1
     count_alarm(k, m)
 
 
@@ -299,9 +299,9 @@ def time_blind(m: Meter, last: int) -> int:
     return m.blind_steps + (time_in_control(m, last) - m.blind_from if m.blind_from >= 0 else 0)
 
 
-def cut_off(m: Meter, k: int, *, cut: bool) -> None:
+def cut_off(m: Meter, k: int, *, is_cut: bool) -> None:
     """From base step ``k`` on nothing moves a loop's PV, or something does again."""
-    if not cut:
+    if not is_cut:
         m.cut_from = -1
     elif m.cut_from < 0:
         m.cut_from = time_in_control(m, k)
@@ -324,11 +324,11 @@ def time_in_alarm(m: Meter, last: int) -> int:
 
 GROWTH_FACTOR = 1.1
 """Times the swing before: one that is larger grows."""
-LEAST_GROWING_SWINGS = 3
+MIN_GROWING_SWINGS = 3
 """Swings in a row that grow, and make an oscillation however few there are."""
-LEAST_PERIODS = 3
+MIN_PERIODS = 3
 """Whole periods that make an oscillation."""
-MOST_PERIOD_RATIO = 2
+MAX_PERIOD_RATIO = 2
 """Times the shortest period that the longest one may last: what noise stirs up is less even."""
 TIME_CONSTANT_SHARE = 0.632
 """Of a step: what a first-order lag has gone of it after its time constant."""
@@ -347,12 +347,12 @@ def watch_swings(k: int, m: Meter, pv: float) -> None:
         if pv > m.extreme:
             m.extreme = pv
             m.extreme_at = k
-        elif m.extreme - pv > m.least_swing:
+        elif m.extreme - pv > m.min_swing:
             note_turn(k, m, pv)
     elif pv < m.extreme:
         m.extreme = pv
         m.extreme_at = k
-    elif pv - m.extreme > m.least_swing:
+    elif pv - m.extreme > m.min_swing:
         note_turn(k, m, pv)
 
 
@@ -366,35 +366,35 @@ def note_turn(k: int, m: Meter, pv: float) -> None:
             m.turns = 1
         if m.turns == 1:
             m.first_turn = m.extreme_at
-            m.swings = 0.0
-            m.shortest = NEVER
-            m.longest = 0
+            m.swing_sum = 0.0
+            m.shortest_period = NEVER
+            m.longest_period = 0
         elif m.turns > 1:
-            m.swings += swing
+            m.swing_sum += swing
             if m.turns == 2:
                 m.first_swing = swing
             else:
-                m.shortest = min(m.shortest, period)
-                m.longest = max(m.longest, period)
+                m.shortest_period = min(m.shortest_period, period)
+                m.longest_period = max(m.longest_period, period)
         m.turns += 1
     if m.calm_turns == 1:
         m.calm_first_turn = m.extreme_at
-        m.calm_swings = 0.0
+        m.calm_swing_sum = 0.0
         m.widest_swing = 0.0
-        m.calm_shortest = NEVER
-        m.calm_longest = 0
+        m.calm_shortest_period = NEVER
+        m.calm_longest_period = 0
     elif m.calm_turns > 1:
-        m.calm_swings += swing
+        m.calm_swing_sum += swing
         m.widest_swing = max(m.widest_swing, swing)
         if m.calm_turns == 2:
             m.calm_first_swing = swing
             m.growing_swings = 0
-            m.most_growing_swings = 0
+            m.max_growing_swings = 0
         else:
-            m.calm_shortest = min(m.calm_shortest, period)
-            m.calm_longest = max(m.calm_longest, period)
+            m.calm_shortest_period = min(m.calm_shortest_period, period)
+            m.calm_longest_period = max(m.calm_longest_period, period)
             m.growing_swings = m.growing_swings + 1 if swing > GROWTH_FACTOR * before else 0
-            m.most_growing_swings = max(m.most_growing_swings, m.growing_swings)
+            m.max_growing_swings = max(m.max_growing_swings, m.growing_swings)
     m.calm_turns += 1
     m.turn_value = m.extreme
     m.turn_before = m.last_turn
@@ -411,28 +411,28 @@ def oscillation(m: Meter, last: int) -> tuple[float, float] | None:
     """Period in base steps and amplitude (half peak to peak) of a sustained oscillation in the last third."""
     halves = m.turns - 2
     if (
-        halves < 2 * LEAST_PERIODS
+        halves < 2 * MIN_PERIODS
         or m.last_swing < SUSTAINED_SHARE * m.first_swing
-        or m.longest > MOST_PERIOD_RATIO * m.shortest
+        or m.longest_period > MAX_PERIOD_RATIO * m.shortest_period
     ):
         return None
     period = 2 * (m.last_turn - m.first_turn) / halves
-    return (period, m.swings / halves / 2) if last - m.last_turn <= period else None
+    return (period, m.swing_sum / halves / 2) if last - m.last_turn <= period else None
 
 
 def calm_oscillation(m: Meter, k: int) -> tuple[float, float] | None:
     """The same of one since the last event, up to base step ``k``; one that grows need not have three periods."""
     halves = m.calm_turns - 2
-    if halves < 2 * LEAST_PERIODS and (halves < 1 or m.most_growing_swings < LEAST_GROWING_SWINGS):
+    if halves < 2 * MIN_PERIODS and (halves < 1 or m.max_growing_swings < MIN_GROWING_SWINGS):
         return None
-    if m.calm_longest > MOST_PERIOD_RATIO * m.calm_shortest:
+    if m.calm_longest_period > MAX_PERIOD_RATIO * m.calm_shortest_period:
         return None
     if m.last_swing < SUSTAINED_SHARE * (
-        m.widest_swing if m.most_growing_swings >= LEAST_GROWING_SWINGS else m.calm_first_swing
+        m.widest_swing if m.max_growing_swings >= MIN_GROWING_SWINGS else m.calm_first_swing
     ):
         return None
     period = 2 * (m.last_turn - m.calm_first_turn) / halves
-    return (period, m.calm_swings / halves / 2) if k - m.last_turn <= period else None
+    return (period, m.calm_swing_sum / halves / 2) if k - m.last_turn <= period else None
 
 
 def begin_calm(m: Meter) -> None:
@@ -555,18 +555,18 @@ def read_gauges(k: int, gauges: Sequence[Gauge], signals: Sequence[float]) -> No
 
 
 def compare_errors(
-    rivals: Sequence[Rival], meters: Sequence[Meter], signals: Sequence[float], held: Sequence[float]
+    benefits: Sequence[Benefit], meters: Sequence[Meter], signals: Sequence[float], reference_signals: Sequence[float]
 ) -> None:
     """The error of each loop, and the one that there would be without it (kernel)."""
-    for i in range(len(rivals)):
-        r = rivals[i]
+    for i in range(len(benefits)):
+        r = benefits[i]
         m = meters[r.loop]
-        if m.in_control == 1 and m.broken == 0:
+        if m.in_control == 1 and m.sensor_broken == 0:
             sp = signals[m.sp]
             error = abs(sp - signals[r.slot]) - r.margin
             if error > 0.0:
                 r.error += error
-            error = abs(sp - held[r.slot]) - r.margin
+            error = abs(sp - reference_signals[r.slot]) - r.margin
             if error > 0.0:
                 r.held_error += error
                 r.widest_error = max(r.widest_error, error)
@@ -627,15 +627,15 @@ def settling_time(m: Meter, band: Band, last: int, dt: float) -> float | None:
 
 def loop_metrics(m: Meter, band: Band, last: int, dt: float, signals: Sequence[float]) -> dict[str, float | None]:
     """All metrics of a loop by name, in the units of its PV and output; None: there was nothing to measure."""
-    controlled = time_in_control(m, last) > 0
+    was_controlled = time_in_control(m, last) > 0
     swings = oscillation(m, last)
     return {
         "overshoot": overshoot(m, band),
         "settling_time": settling_time(m, band, last, dt),
         "rise_time": rise_time(m, dt),
-        "iae": m.iae * dt if controlled else None,
-        "ise": m.ise * dt if controlled else None,
-        "itae": m.itae * dt * dt if controlled else None,
+        "iae": m.iae * dt if was_controlled else None,
+        "ise": m.ise * dt if was_controlled else None,
+        "itae": m.itae * dt * dt if was_controlled else None,
         "total_variation": m.variation,
         "final_error": signals[m.sp] - signals[m.pv] if m.in_control else None,
         "oscillation_period": None if swings is None else swings[0] * dt,

@@ -53,8 +53,8 @@ FLAG_WORDS = {
     "WarnBits.MV_N_MaxVarMV":   "MV falling by MaxVarMV",
 }
 # fmt: on
-LIMITED_ABOVE = frozenset({"out_limited", "mv_limited", "saturation", "WarnBits.MV_MaxMV"})
-LIMITED_BELOW = frozenset({"out_limited", "mv_limited", "saturation", "WarnBits.MV_MinMV"})
+UPPER_FLAGS = frozenset({"out_limited", "mv_limited", "saturation", "WarnBits.MV_MaxMV"})
+LOWER_FLAGS = frozenset({"out_limited", "mv_limited", "saturation", "WarnBits.MV_MinMV"})
 """Flags that say that an output is at its upper or its lower limit."""
 
 
@@ -82,7 +82,7 @@ ACCEPTED_KIND = "differs-from-accepted"
 """What is found beside that where a person has accepted a run."""
 ASSUMED_KIND = "wrong-action"
 """What is left open beside that where the sign of a plant is taken from the loop's own action."""
-ASSUMED = "the sign of the plant is assumed from it"
+ASSUMED_SIGN = "the sign of the plant is assumed from it"
 
 VerdictWord = Literal["proven", "failed", "not-proven", "not-judged"]
 WORDS_OF_VERDICTS: Mapping[VerdictWord, str] = {
@@ -152,7 +152,7 @@ class Verdict:
 
 
 @frozen
-class Standing:
+class StandingVerdict:
     """What a standing expectation says of a loop, in words.
 
     What is not proven fails a run as what has failed does; what is not judged does not, and ``text`` says why.
@@ -176,7 +176,7 @@ class Standing:
         return self.verdict in {"proven", "not-judged"}
 
     @property
-    def judged(self) -> bool:
+    def is_judged(self) -> bool:
         """Whether the loop is not exempt."""
         return self.verdict != "not-judged"
 
@@ -267,7 +267,7 @@ class Report:
     loops: dict[str, LoopReport] = field(default_factory=dict)
     signals: dict[str, Range] = field(default_factory=dict)
     expectations: list[Verdict] = field(default_factory=list)
-    standing: list[Standing] = field(default_factory=list)
+    standing: list[StandingVerdict] = field(default_factory=list)
     """What is expected of every run."""
     events: list[Note] = field(default_factory=list)
     """The events of the scenario in words, as they took effect."""
@@ -301,9 +301,9 @@ class Tally:
     unjudged: int
 
     @classmethod
-    def of(cls, verdicts: Sequence[Standing]) -> Tally:
+    def of(cls, verdicts: Sequence[StandingVerdict]) -> Tally:
         """Of the verdicts of a run."""
-        judged = [v for v in verdicts if v.judged]
+        judged = [v for v in verdicts if v.is_judged]
         return cls(
             held=sum(v.passed for v in judged),
             failed=sum(v.fails and v.verdict == "failed" for v in judged),
@@ -313,25 +313,25 @@ class Tally:
         )
 
     @property
-    def judged(self) -> int:
+    def judged_count(self) -> int:
         """How many are judged."""
         return self.held + self.failed + self.unproven + self.allowed
 
-    def in_words(self) -> str:
+    def summary_text(self) -> str:
         """``20 of 21 always checked, 1 allowed, 3 not judged``."""
         rest = [f"{n} {what}" for n, what in ((self.allowed, "allowed"), (self.unjudged, "not judged")) if n]
-        return ", ".join([f"{self.held} of {self.judged} always checked", *rest])
+        return ", ".join([f"{self.held} of {self.judged_count} always checked", *rest])
 
 
-def summarise_verdicts(verdicts: Sequence[Standing]) -> list[tuple[str, str, str]]:
-    """What is not simply so, by loop: its `Standing.word`, the kinds, and why."""
+def summarise_verdicts(verdicts: Sequence[StandingVerdict]) -> list[tuple[str, str, str]]:
+    """What is not simply so, by loop: its `StandingVerdict.word`, the kinds, and why."""
     rows: dict[tuple[str, str, str], list[str]] = {}
     for v in verdicts:
         if v.word != "passed":
             rows.setdefault((v.word, v.loop, v.why), []).append(v.kind)
-    every = len(STANDING_KINDS)
+    kind_count = len(STANDING_KINDS)
     return [
-        (word, f"{loop} {', '.join(kinds) if len(kinds) < every else 'as a whole'}".strip(), why)
+        (word, f"{loop} {', '.join(kinds) if len(kinds) < kind_count else 'as a whole'}".strip(), why)
         for (word, loop, why), kinds in rows.items()
     ]
 

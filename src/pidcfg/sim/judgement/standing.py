@@ -26,7 +26,7 @@ from pidcfg.sim.judgement.evidence import (
     event_steps,
     failed_verdict,
     limits_reached,
-    looks_at,
+    make_looks,
     noise_of,
     open_verdict,
     plant_time,
@@ -36,23 +36,23 @@ from pidcfg.sim.judgement.evidence import (
 )
 from pidcfg.sim.judgement.lasting import judge_error, judge_look, judge_saturation
 from pidcfg.sim.judgement.meters import begin_calm, calm_oscillation, oscillation, time_blind, time_cut, time_in_alarm
-from pidcfg.sim.judgement.report import ASSUMED, ASSUMED_KIND, Standing, VerdictWord, ten_digits
+from pidcfg.sim.judgement.report import ASSUMED_KIND, ASSUMED_SIGN, StandingVerdict, VerdictWord, ten_digits
 from pidcfg.text.paths import dotted_text, leaves
 
 # ----------------------------------------------------------------------------------------------------------------------
 # What a loop's signals must show at the end: ``pv-not-driven``, ``out-of-range``, ``oscillates``, ``alarm-stands``.
 
-LONG_SHARE = 0.1
+TOLERATED_SHARE = 0.1
 """The share of a run for which an outermost alarm may stand."""
-LEAST_COUNTS = 4
+MIN_MOVED_COUNTS = 4
 """Counts of a PV: less of it is not moved."""
-RIPPLE_CYCLES = 4
+MAX_RIPPLE_CYCLES = 4
 """Cycles of pulses that the period of their ripple takes at most: some are too short and left out."""
-SAME_PERIOD_SHARE = 0.1
+PERIOD_TOLERANCE = 0.1
 """By how much two periods may differ that are the same."""
-REPEATED_EVENTS = 2
+MIN_REPEATED_EVENTS = 2
 """Events in the last third that may make a PV swing."""
-NOISE_DEVIATIONS = 6
+NOISE_SIGMAS = 6
 """Standard deviations of its noise that a PV may lie outside its range."""
 
 
@@ -61,15 +61,15 @@ def judge_drive(e: Evidence, i: int) -> Judgement:
     if not e.influence.is_driven[i]:
         return failed_verdict("nothing that its output does reaches its PV, so nothing is controlled")
     reach = max(e.effects[i], output_effect(e.net, e.plc, i)) * (e.seconds(e.last) if e.paces[i].integrates else 1)
-    if 0 < reach < max(LEAST_COUNTS * e.span(i) / e.plc.scales[i][2], NEGLIGIBLE_SHARE * e.span(i)):
+    if 0 < reach < max(MIN_MOVED_COUNTS * e.span(i) / e.plc.scales[i][2], NEGLIGIBLE_SHARE * e.span(i)):
         text = f"its whole output moves its PV by no more than {reach:.3g}, so nothing is controlled"
         return failed_verdict(text)
     blind, cut = time_blind(e.meters[i], e.last), time_cut(e.meters[i], e.last)
-    if max(blind, cut) <= LONG_SHARE * e.last:
+    if max(blind, cut) <= TOLERATED_SHARE * e.last:
         moved_by = "its output" if e.influence.can_drive(i) else "a signal that the scenario sets"
         return proven_verdict(f"{moved_by} moves its PV")
     text = f"it is in control for {e.seconds(blind):g} s with a sensor that is broken for good"
-    if cut > LONG_SHARE * e.last:
+    if cut > TOLERATED_SHARE * e.last:
         text = f"it is in control for {e.seconds(cut):g} s while a plant without gain keeps its output from its PV"
     is_expected = any(
         expectation.loop == e.plc.loops[i] and (expectation.alarm or expectation.flag or expectation.mode)
@@ -83,17 +83,17 @@ def judge_range(e: Evidence, i: int) -> Judgement:
     ends = e.plc.pv_range(i)
     if ends is None:
         return unjudged_verdict("its configuration gives no range of the PV")
-    if e.meters[i].broken:
+    if e.meters[i].sensor_broken:
         return unjudged_verdict("an event has broken its sensor")
     low, high = sorted(ends)
     value = e.signal_values[e.plc.configs[i].in_slot]
     controlled = bool(e.meters[i].all_status & e.meters[i].control_bits)
     for setpoint in (e.given_set_points.get(i), e.signal_values[e.plc.configs[i].sp_slot]) if controlled else ():
-        if setpoint is not None and not low - e.least_difference(i) <= setpoint <= high + e.least_difference(i):
+        if setpoint is not None and not low - e.min_difference(i) <= setpoint <= high + e.min_difference(i):
             text = f"its set point is {setpoint:g}, outside its PV's range of {low:g} to {high:g}"
             return failed_verdict(text)
-    slack = max(e.least_difference(i), NOISE_DEVIATIONS * noise_of(e.scenario, e.plc, e.net, i))
-    stopped = _at_its_limit(e, i)
+    slack = max(e.min_difference(i), NOISE_SIGMAS * noise_of(e.scenario, e.plc, e.net, i))
+    stopped = _stop_text(e, i)
     if stopped:
         return failed_verdict(stopped)
     if low - slack <= value <= high + slack:
@@ -104,12 +104,12 @@ def judge_range(e: Evidence, i: int) -> Judgement:
     return open_verdict(f"{text}: an event at {times[0]:g} s") if times else failed_verdict(text)
 
 
-def _at_its_limit(e: Evidence, i: int) -> str:
+def _stop_text(e: Evidence, i: int) -> str:
     """The integrator that a loop drives to where it stops; empty: none, or it rests there with the output at 0 %."""
     if limits_reached(e, i) == "lower":
         return ""
     for name in e.influence.plants_between(i):
-        text, plant = e.net.texts[name][1], e.net.plants[e.net.plant_of[name]]
+        text, plant = e.net.texts[name][1], e.net.plants[e.net.plant_index[name]]
         if text.model == "integrator" and text.limits is not None:
             low, high = (float(end) for end in text.limits)
             slack = NEGLIGIBLE_SHARE * abs(high - low)
@@ -120,14 +120,14 @@ def _at_its_limit(e: Evidence, i: int) -> str:
 
 def judge_oscillation(e: Evidence, i: int) -> Judgement:
     """Judges one loop, by the swings of its PV in the last third of the run, and since the last event before it."""
-    swings, by_itself = _find_swings(e, i), e.swings.get(i)
+    swings, free_swings = _find_swings(e, i), e.swings.get(i)
     if swings is None:
         return proven_verdict("its PV does not oscillate in the last third of the run")
     period = e.seconds(swings.period)
     text = f"its PV oscillates with a period of {period:.4g} s and an amplitude of {swings.amplitude:.4g}"
     why = _excuse_swings(e, i, swings)
     times = e.events_on(i, e.meters[i].last_third)
-    if not why and by_itself is None and len(times) >= REPEATED_EVENTS:
+    if not why and free_swings is None and len(times) >= MIN_REPEATED_EVENTS:
         why = f"{len(times)} events move it in the last third"
     return unjudged_verdict(f"{text}: {why}") if why else failed_verdict(text, e.seconds(swings.since))
 
@@ -144,14 +144,14 @@ def _excuse_swings(e: Evidence, i: int, swings: Swings) -> str:
     m, plc, period = e.meters[i], e.plc, e.seconds(swings.period)
     if plc.only_switches(i):
         return "its output is on or off"
-    if period <= RIPPLE_CYCLES * e.influence.pulse_cycle(i) or swings.amplitude <= pulse_ripple(e, i):
+    if period <= MAX_RIPPLE_CYCLES * e.influence.pulse_cycle(i) or swings.amplitude <= pulse_ripple(e, i):
         return "it is the ripple of its pulses"
     for j, name in enumerate(plc.loops):
         other = _find_swings(e, j)
         drives = (plc.only_switches(j) or e.influence.pulse_cycle(j)) and plc.configs[
             i
         ].pv_slot in e.influence.moved_by_output(j)
-        if j != i and drives and other and abs(e.seconds(other.period) - period) <= SAME_PERIOD_SHARE * period:
+        if j != i and drives and other and abs(e.seconds(other.period) - period) <= PERIOD_TOLERANCE * period:
             return f"{name} drives it, whose output is on or off"
     tuning = sum(plc.flag_bits[name] for name in plc.tuning_flags) | plc.modes.get("autotune", 0)
     status, aux_status, when = m.last_third_status, m.last_third_aux, "in the last third"
@@ -166,13 +166,13 @@ def judge_alarms(e: Evidence, i: int) -> Judgement:
     """Judges one loop, by its outermost alarms while it controls and its sensor is sound."""
     m, plc = e.meters[i], e.plc
     names = [name for name in plc.outer_alarms if m.past_alarms & plc.alarm_bits[name]]
-    now = m.status & m.outer_bits if m.in_control and not m.broken else 0
+    now = m.status & m.outer_bits if m.in_control and not m.sensor_broken else 0
     if m.in_alarm or now:
         stand = [name for name in plc.outer_alarms if m.status & m.outer_bits & plc.alarm_bits[name]]
         since = e.seconds(m.alarm_since if m.in_alarm else 0)
         return failed_verdict(f"{' and '.join(stand)} stands at the end, since {since:g} s", since)
     steps = time_in_alarm(m, e.last)
-    if steps > LONG_SHARE * e.last:
+    if steps > TOLERATED_SHARE * e.last:
         text = f"{' and '.join(names)} stands for {e.seconds(steps):g} s, {100 * steps / e.last:.0f} % of the run"
         return failed_verdict(text)
     return proven_verdict("no alarm of the outermost kind stands")
@@ -222,15 +222,15 @@ def expected_errors(e: Evidence) -> Iterator[tuple[int, str]]:
         elif expectation.flag is not None and expectation.value is not False and expectation.value != 0:
             if expectation.loop is None:
                 owner = plc.word_owners.get(expectation.flag, -1)
-            if _has_come(e, expectation.flag, owner, of_loop=expectation.loop is not None):
+            if _has_come(e, expectation.flag, owner, is_loop_flag=expectation.loop is not None):
                 text = f"{expectation.flag} {f'of {plc.loops[owner]} ' if owner >= 0 else ''}is expected"
         if text:
             yield from ((j, text) for j in (e.cascade_loops(owner) if owner >= 0 else (-1,)))
 
 
-def _has_come(e: Evidence, flag: str, owner: int, *, of_loop: bool) -> bool:
+def _has_come(e: Evidence, flag: str, owner: int, *, is_loop_flag: bool) -> bool:
     """Whether an error has come: a word of the PLC, or a flag of a loop that means an error of its set-up."""
-    if not of_loop:
+    if not is_loop_flag:
         return bool(e.plc.flags[flag])
     return flag in e.plc.error_flags and bool(e.meters[owner].all_status & e.plc.flag_bits.get(flag, 0))
 
@@ -247,9 +247,9 @@ def judge_mode(e: Evidence, i: int) -> Judgement:
     if m.missed_at >= 0:
         until = e.seconds(m.missed_at)
         return failed_verdict(f"does not come into its mode until {until:g} s{_reason_text(e, i)}", 0.0)
-    ignored = _judge_ignored_event(e, i)
-    if ignored is not None and not m.wanted_bits:
-        return ignored
+    ignored_verdict = _judge_ignored_event(e, i)
+    if ignored_verdict is not None and not m.wanted_bits:
+        return ignored_verdict
     if not m.wanted_bits:
         return proven_verdict("reaches each mode that it is meant for")
     wanted, mode = e.plc.mode(m.wanted_bits), e.last_mode(i)
@@ -257,10 +257,10 @@ def judge_mode(e: Evidence, i: int) -> Judgement:
         return unjudged_verdict(f"{name} is expected never to be in {wanted}")
     if not m.bits_since_wanted & m.wanted_bits:
         return failed_verdict(f"is meant for {wanted} and stays in {mode}{_reason_text(e, i)}", 0.0)
-    if ignored is not None:
-        return ignored
+    if ignored_verdict is not None:
+        return ignored_verdict
     k, since = e.unmet_events.get(i, (0, 0))
-    if i in e.unmet_events and m.control_since - since > LONG_SHARE * e.last:
+    if i in e.unmet_events and m.control_since - since > TOLERATED_SHARE * e.last:
         return open_verdict(f"the event at {e.seconds(k):g} s met {e.plc.mode(0)}: nothing was tested")
     if m.status & m.wanted_bits:
         return proven_verdict(f"reaches {wanted} and ends in it")
@@ -307,12 +307,12 @@ def _acts_on_mode(e: Evidence, event: Event, i: int) -> bool:
     if event.loop is None:
         return any(slot in e.plc.mode_inputs(j) for slot in e.influence.signals_set(event) for j in family)
     of_mode = (
-        event.mode is not None or event.autotune is not None or any(key in e.plc.mode_keys for key in keys_set(event))
+        event.mode is not None or event.autotune is not None or any(key in e.plc.mode_keys for key in event_keys(event))
     )
     return of_mode and event.loop in e.plc.loops and e.plc.loops.index(event.loop) in family
 
 
-def keys_set(event: Event) -> Iterator[str]:
+def event_keys(event: Event) -> Iterator[str]:
     """The keys that an event sets."""
     return (dotted_text(keys) for keys, _, _ in leaves(event.set or {}))
 
@@ -336,26 +336,26 @@ STANDING_JUDGES: dict[str, tuple[Judge, str]] = {
 """What judges a loop by each kind, and which loops."""
 
 
-def judge_standing(e: Evidence) -> list[Standing]:
+def judge_standing(e: Evidence) -> list[StandingVerdict]:
     """The verdicts: of the PLC first, then of its loops, by kind."""
     expected = list(expected_errors(e))
-    everywhere = next((why for i, why in expected if i < 0), "")
-    judgement = unjudged_verdict(everywhere) if everywhere else judge_plc(e)
+    common_reason = next((why for i, why in expected if i < 0), "")
+    judgement = unjudged_verdict(common_reason) if common_reason else judge_plc(e)
     verdicts = [_make_standing("set-up-error", "", judgement)]
     for i, name in enumerate(e.plc.loops):
-        why = _left_out_reason(e, i) or everywhere or next((text for j, text in expected if j == i), "")
+        why = _left_out_reason(e, i) or common_reason or next((text for j, text in expected if j == i), "")
         for kind, (judge, scope) in STANDING_JUDGES.items():
             reason = why or _unjudged_reason(e, i, scope)
             verdicts.append(_make_standing(kind, name, unjudged_verdict(reason) if reason else judge(e, i)))
         if name in e.scenario.assumed_signs:
             verdicts.append(
-                _make_standing(ASSUMED_KIND, name, unjudged_verdict(f"whether its action is right: {ASSUMED}"))
+                _make_standing(ASSUMED_KIND, name, unjudged_verdict(f"whether its action is right: {ASSUMED_SIGN}"))
             )
-    verdicts = [_with_allowance(e, verdict) for verdict in verdicts]
-    covered = {v.loop: v.allowed for v in verdicts if v.allowed is not None and v.kind in COVERING_KINDS}
+    verdicts = [_add_allowance(e, verdict) for verdict in verdicts]
+    reason_by_loop = {v.loop: v.allowed for v in verdicts if v.allowed is not None and v.kind in COVERING_KINDS}
     return [
-        replace(v, allowed=v.allowed or covered[v.loop])
-        if v.kind in PROVING_KINDS and v.fails and v.loop in covered
+        replace(v, allowed=v.allowed or reason_by_loop[v.loop])
+        if v.kind in PROVING_KINDS and v.fails and v.loop in reason_by_loop
         else v
         for v in verdicts
     ]
@@ -382,9 +382,9 @@ def _unjudged_reason(e: Evidence, i: int, scope: str) -> str:
     return ""
 
 
-def _make_standing(kind: str, loop: str, judgement: Judgement) -> Standing:
+def _make_standing(kind: str, loop: str, judgement: Judgement) -> StandingVerdict:
     at = None if judgement.at is None else ten_digits(judgement.at)
-    return Standing(kind, loop, judgement.verdict, judgement.text, at)
+    return StandingVerdict(kind, loop, judgement.verdict, judgement.text, at)
 
 
 PROVING_KINDS = ("not-settled", "no-better")
@@ -393,12 +393,12 @@ COVERING_KINDS = ("saturated", "error-stands", "oscillates", "out-of-range")
 """Those that nobody can expect to settle whom the scenario allows them."""
 
 
-def loop_verdict(verdicts: Sequence[Standing]) -> tuple[VerdictWord, str]:
+def loop_verdict(verdicts: Sequence[StandingVerdict]) -> tuple[VerdictWord, str]:
     """Whether a run proves that a loop controls, by what is said of it, and what keeps it from being proven."""
     failed = [v for v in verdicts if v.fails and v.verdict == "failed"]
     missing = [v for v in verdicts if v.fails and v.verdict == "not-proven"]
-    excused = [v for v in verdicts if v.allowed is not None or (v.kind in PROVING_KINDS and not v.judged)]
-    groups: tuple[tuple[VerdictWord, list[Standing]], ...]
+    excused = [v for v in verdicts if v.allowed is not None or (v.kind in PROVING_KINDS and not v.is_judged)]
+    groups: tuple[tuple[VerdictWord, list[StandingVerdict]], ...]
     groups = ("failed", failed), ("not-proven", missing), ("not-judged", excused)
     for word, group in groups:
         if group:
@@ -406,20 +406,20 @@ def loop_verdict(verdicts: Sequence[Standing]) -> tuple[VerdictWord, str]:
     return ("proven", "") if verdicts else ("not-judged", "nothing is judged")
 
 
-def _texts_by_reason(verdicts: Sequence[Standing]) -> Iterator[tuple[str, str]]:
+def _texts_by_reason(verdicts: Sequence[StandingVerdict]) -> Iterator[tuple[str, str]]:
     """What is said of a loop, each reason for which some of it is allowed once."""
     for reason in dict.fromkeys(v.allowed for v in verdicts):
         texts = dict.fromkeys(v.text for v in verdicts if v.allowed == reason)
         yield "" if reason is None else f" (allowed: {reason})", "; ".join(texts)
 
 
-def _with_allowance(e: Evidence, verdict: Standing) -> Standing:
+def _add_allowance(e: Evidence, verdict: StandingVerdict) -> StandingVerdict:
     kinds = {verdict.kind, verdict.verdict}
     reasons = (a.reason for a in e.scenario.allow if a.kind in kinds and a.loop == verdict.loop)
     return verdict if verdict.passed else replace(verdict, allowed=next(reasons, None))
 
 
-def unused_allowances(e: Evidence, verdicts: list[Standing]) -> Iterator[Problem]:
+def unused_allowances(e: Evidence, verdicts: list[StandingVerdict]) -> Iterator[Problem]:
     """Warnings of entries of ``allow`` that allow nothing."""
     used = {(kind, v.loop) for v in verdicts if v.allowed is not None for kind in (v.kind, v.verdict)}
     for i, entry in enumerate(e.scenario.allow):
@@ -452,7 +452,7 @@ class LoopWatch:
             noise = NOISE_MARGIN * noise_of(e.scenario, e.plc, e.net, i)
             e.meters[i].band = e.bands[i] + noise + pulse_ripple(e, i)
         for i in e.looks:
-            self.pending_looks[i] = looks_at(e.scenario, e.plc, e.influence, i, e.step, e.last)
+            self.pending_looks[i] = make_looks(e.scenario, e.plc, e.influence, i, e.step, e.last)
             self._aim_meter(i)
             moved = {k for k, event in event_steps(e.scenario, e.step, e.last) if e.influence.can_move(event, i)}
             e.meters[i].swings_from = max((k for k in moved if k <= e.meters[i].last_third), default=0)

@@ -80,22 +80,22 @@ def samples_needed(share: float) -> int:
     return needed
 
 
-MOST_SAMPLES = 10_000_000
+MAX_SAMPLES = 10_000_000
 """More than anybody runs."""
 
 
-def samples_that_show(share: float, held: int, samples: int) -> int | None:
+def samples_that_show(share: float, passed: int, samples: int) -> int | None:
     """About how many samples show a share, if as many of them hold as of these; None where no number of them does."""
-    if held / samples <= share:
+    if passed / samples <= share:
         return None
     few, many = samples, samples
-    while lower_bound(many * held // samples, many) < share:
+    while lower_bound(many * passed // samples, many) < share:
         few, many = many, 2 * many
-        if many > MOST_SAMPLES:
+        if many > MAX_SAMPLES:
             return None
     while few + 1 < many:
         middle = (few + many) // 2
-        shown = lower_bound(middle * held // samples, middle) >= share
+        shown = lower_bound(middle * passed // samples, middle) >= share
         few, many = (few, middle) if shown else (middle, many)
     return many
 
@@ -259,9 +259,9 @@ class Names:
     loops: Sequence[str]
 
 
-def make_certification(names: Names, batch: Batch, tally: Tally, keep: int) -> Certification:
-    """What the counts say; ``keep``: how many of the worst samples."""
-    not_run = tally.failed_to_run
+def make_certification(names: Names, batch: Batch, tally: Tally, worst_count: int) -> Certification:
+    """What the counts say; ``worst_count``: how many of the worst samples."""
+    unrun_count = tally.failed_to_run
     counts = zip(tally.standing_failed, tally.standing_unproven, tally.standing_judged, strict=True)
     standing = zip(names.standing, counts, strict=True)
     effects = [
@@ -279,7 +279,7 @@ def make_certification(names: Names, batch: Batch, tally: Tally, keep: int) -> C
         standing=[
             StandingShare(
                 f"{loop} {kind}".strip(),
-                tally.samples - not_run - failed,
+                tally.samples - unrun_count - failed,
                 tally.samples,
                 None,
                 judged,
@@ -294,9 +294,9 @@ def make_certification(names: Names, batch: Batch, tally: Tally, keep: int) -> C
             for loop, row in zip(names.loops, tally.metrics, strict=True)
         },
         effects=sorted(effects, key=lambda effect: -effect.size),
-        worst=[_worst_sample(one, names, batch) for one in tally.worst[:keep]],
+        worst=[_worst_sample(one, names, batch) for one in tally.worst[:worst_count]],
         all_passed=tally.passed,
-        failed_to_run=not_run,
+        failed_to_run=unrun_count,
         reasons=list(tally.reasons),
     )
 
@@ -340,7 +340,7 @@ NOTHING_MEASURED = " (nothing was measured"
 
 
 @frozen
-class Plan:
+class CertifyOptions:
     """How many samples, of which row, by whom."""
 
     samples: int = 2_000
@@ -361,7 +361,7 @@ class Plan:
     """Called with what is worth knowing on the way: workers that are left out."""
 
 
-def certify_document(doc: Document, plan: Plan, reader: Reader = DISK) -> BatchOutcome:
+def certify_document(doc: Document, options: CertifyOptions, reader: Reader = DISK) -> BatchOutcome:
     """Runs the samples of one scenario file."""
     loaded = load_scenario(doc, reader)
     outcome = BatchOutcome(doc.file, loaded.config, documents=loaded.documents)
@@ -371,17 +371,17 @@ def certify_document(doc: Document, plan: Plan, reader: Reader = DISK) -> BatchO
     plc = loaded.new_plc()
     net = prepare_network(scenario, plc)
     varies, problems = loaded.uncertainties(plc)
-    problems += _unprovable_shares(scenario, plan.samples)
-    if not varies and not net.noisy:
+    problems += _unprovable_shares(scenario, options.samples)
+    if not varies and not net.noisy_plants:
         plant = next(iter(scenario.plants), "TIC-1")
         cure = f"write what is uncertain, as in 'vary: {{plants: {{{plant}: {{gain: ±30 %}}}}}}'"
         problems.append(Problem((), "nothing varies: there is no vary and no noise", help=cure))
     loaded.add_problems([*net.problems, *problems])
     if any(finding.severity is Severity.ERROR for finding in loaded.findings):
         return replace(outcome, findings=loaded.findings)
-    batch = Batch(loaded.document, varies, seed_of(scenario, plan.seed))
+    batch = Batch(loaded.document, varies, seed_of(scenario, options.seed))
     steps = int(scenario.duration * TICKS) // base_step(scenario, plc) + 1
-    work = steps * len(plc.loops) * plan.samples
+    work = steps * len(plc.loops) * options.samples
     engine = choose_engine("auto", work, loaded.controller, calls_of(scenario, net))
     try:
         report = simulate(
@@ -393,12 +393,12 @@ def certify_document(doc: Document, plan: Plan, reader: Reader = DISK) -> BatchO
     names = names_of(scenario, report)
     config = reader.read(loaded.config, doc.limits.listing_bytes + 1)
     job = Job(doc.file, doc.text, loaded.config, config, batch.seed, engine, doc.limits)
-    tally = run_samples(job, names, varies, plan)
+    tally = run_samples(job, names, varies, options)
     return replace(
         outcome,
-        certification=make_certification(names, batch, tally, plan.keep_worst),
+        certification=make_certification(names, batch, tally, options.keep_worst),
         findings=[*loaded.findings, *loaded.config_errors],
-        fan=record_fan(job, plan.samples, plan.jobs) if plan.record else None,
+        fan=record_fan(job, options.samples, options.jobs) if options.record else None,
         axes=axes_of(plc, loaded.image.settings),
         duration=report.duration,
         unjudged=bool(loaded.config_errors) and not scenario.expect,
@@ -428,32 +428,34 @@ def _unprovable_shares(scenario: Scenario, samples: int) -> list[Problem]:
     return problems
 
 
-def run_samples(job: Job, names: Names, varies: Sequence[Uncertainty], plan: Plan) -> Tally:
+def run_samples(job: Job, names: Names, varies: Sequence[Uncertainty], options: CertifyOptions) -> Tally:
     """All samples, or those that the state lacks; raises `StateError` and `WorkersError`."""
-    key = key_of(job) if plan.state is not None or plan.keep is not None else ""
+    key = key_of(job) if options.state is not None or options.keep is not None else ""
     sizes = (len(names.expectations), len(names.standing), len(names.loops), len(varies))
-    progress = Progress(Tally.empty(sizes)) if plan.state is None else read_state(plan.state, key, job, plan.samples)
+    progress = (
+        Progress(Tally.empty(sizes)) if options.state is None else read_state(options.state, key, job, options.samples)
+    )
     tally, kept_samples, kept_at = progress.tally, progress.tally.samples, 0.0
 
     def keep_state() -> None:
-        if plan.keep is not None:
-            plan.keep(state_text(progress, key))
+        if options.keep is not None:
+            options.keep(state_text(progress, key))
 
-    for parts in _keep_when_lost(_next_results(job, progress, sizes, plan), keep_state):
+    for parts in _keep_when_lost(_next_results(job, progress, sizes, options), keep_state):
         for part in parts:
             if isinstance(part, Tally):
                 tally.append_block(part)
             else:
                 progress.trial.add_result(part)
                 tally.add_result(part, varies)
-            if plan.progress is not None:
-                plan.progress(tally.samples / plan.samples)
+            if options.progress is not None:
+                options.progress(tally.samples / options.samples)
         due = (
             tally.samples - kept_samples >= SAVE_SAMPLES
-            if plan.cluster is None
+            if options.cluster is None
             else time.monotonic() - kept_at >= SAVE_SECONDS
         )
-        if due or tally.samples == plan.samples:
+        if due or tally.samples == options.samples:
             keep_state()
             kept_samples, kept_at = tally.samples, time.monotonic()
     return tally
@@ -470,14 +472,16 @@ def _keep_when_lost(
         raise
 
 
-def _next_results(job: Job, progress: Progress, sizes: Sizes, plan: Plan) -> Iterator[Sequence[Tally | SampleResult]]:
+def _next_results(
+    job: Job, progress: Progress, sizes: Sizes, options: CertifyOptions
+) -> Iterator[Sequence[Tally | SampleResult]]:
     """What comes next in the order of the samples, by processes or by a cluster."""
-    if plan.cluster is None:
-        return ((result,) for result in process_results(job, progress.tally.samples, plan.samples, plan.jobs))
+    if options.cluster is None:
+        return ((result,) for result in process_results(job, progress.tally.samples, options.samples, options.jobs))
     from pidcfg.study.certification import cluster
 
-    remark = plan.remark or (lambda _: None)
-    return cluster.cluster_results(job, plan.cluster, progress, plan.samples, sizes, remark)
+    remark = options.remark or (lambda _: None)
+    return cluster.cluster_results(job, options.cluster, progress, options.samples, sizes, remark)
 
 
 def names_of(scenario: Scenario, report: Report) -> Names:
@@ -498,7 +502,7 @@ def names_of(scenario: Scenario, report: Report) -> Names:
 
 # --- The fan chart of a loop: PV, set point and output, how far each spreads over the samples -------------------------
 
-MIDDLE = len(FAN_QUANTILES) // 2
+MEDIAN_INDEX = len(FAN_QUANTILES) // 2
 
 
 def charts_of(outcome: BatchOutcome, loops: Collection[str] = ()) -> list[Chart]:
@@ -522,13 +526,13 @@ def _loop_chart(loop: str, axes: Axes, fan: Fan, duration: float) -> Chart:
     return Chart(title, loop, tuple(panels), begin=0.0, end=duration, notes=(note,))
 
 
-def _fan_panel(fan: Fan, roles: dict[str, Role], unit: str, least: tuple[float, float] | None = None) -> Panel:
+def _fan_panel(fan: Fan, roles: dict[str, Role], unit: str, min_range: tuple[float, float] | None = None) -> Panel:
     names = [name for name in roles if name]
-    short = {name: name.rpartition(".")[2] for name in names}
-    lines = [Line(short[name], roles[name], fan.times, fan.quantiles[name][MIDDLE]) for name in names]
+    labels = {name: name.rpartition(".")[2] for name in names}
+    lines = [Line(labels[name], roles[name], fan.times, fan.quantiles[name][MEDIAN_INDEX]) for name in names]
     bands = [
         Band(roles[name], fan.times, fan.quantiles[name][i], fan.quantiles[name][-1 - i])
         for name in names
-        for i in range(MIDDLE)
+        for i in range(MEDIAN_INDEX)
     ]
-    return Panel(", ".join(short[name] for name in reversed(names)), unit, tuple(lines), least, tuple(bands))
+    return Panel(", ".join(labels[name] for name in reversed(names)), unit, tuple(lines), min_range, tuple(bands))

@@ -69,7 +69,7 @@ CONNECT_SECONDS, LOOK_SECONDS, PATIENCE_SECONDS = 10.0, 1.0, 60.0
 """Seconds: for a connection, between two looks at the workers, and until one must be there."""
 BLOCKS_AHEAD = 4
 """Blocks for each worker that may be ready before an earlier one."""
-MOST_ENDS = 3
+MAX_WORKER_ENDS = 3
 """Workers that a block may end."""
 
 
@@ -161,8 +161,8 @@ class Fleet:
     """The first sample of the first block that nobody has had."""
     lost_blocks: list[int] = field(default_factory=list)
     """Blocks whose workers went away."""
-    accepted: set[str] = field(default_factory=set)
-    refused: dict[str, str] = field(default_factory=dict)
+    accepted_workers: set[str] = field(default_factory=set)
+    refused_workers: dict[str, str] = field(default_factory=dict)
     """Workers that are left out, and why."""
     lost_workers: dict[int, int] = field(default_factory=dict)
     """How many workers have gone away with a block."""
@@ -172,26 +172,26 @@ class Fleet:
 
     def run_blocks(self, progress: Progress) -> Iterator[list[Tally | SampleResult]]:
         """All blocks that are missing."""
-        due, ready = progress.tally.end, progress.ahead
+        due, tallies = progress.tally.end, progress.ahead
         self.next_first = due
         single_results: dict[int, list[SampleResult]] = {}
         while due < self.samples:
             self.look_at_workers()
-            self.hand_blocks_out(due, ready)
+            self.hand_blocks_out(due, tallies)
             for first, part in self.receive_blocks():
-                if first < due or first in ready:
+                if first < due or first in tallies:
                     continue  # another worker was faster
                 if isinstance(part, Tally):
-                    ready[first] = part
+                    tallies[first] = part
                 else:
                     single_results[first] = part
                 parts: list[Tally | SampleResult] = []
-                while due in ready or due in single_results:
-                    parts += single_results.pop(due) if due in single_results else [ready.pop(due)]
-                    due = self.end_of(due)
+                while due in tallies or due in single_results:
+                    parts += single_results.pop(due) if due in single_results else [tallies.pop(due)]
+                    due = self.block_end(due)
                 yield parts
 
-    def end_of(self, first: int) -> int:
+    def block_end(self, first: int) -> int:
         """Where the block of a sample ends."""
         return min((first // BLOCK_SAMPLES + 1) * BLOCK_SAMPLES, self.samples)
 
@@ -203,14 +203,14 @@ class Fleet:
         members = self.worker_threads()
         for worker in [worker for worker in self.tasks if worker not in members]:
             self.lose_worker(worker)
-        self.accepted &= members.keys()
+        self.accepted_workers &= members.keys()
         for worker, threads in members.items():
             if threads != 1:
                 raise WorkersError(f"worker {worker} has {threads} threads; start it by '{self.start_command}'")
-            if worker not in self.accepted and worker not in self.refused and worker not in self.tasks:
+            if worker not in self.accepted_workers and worker not in self.refused_workers and worker not in self.tasks:
                 self.submit_task(worker, None, trial_facts, self.job, self.samples)
-        if members and members.keys() <= self.refused.keys():
-            reasons = "; ".join(f"{worker}: {self.refused[worker]}" for worker in members)
+        if members and members.keys() <= self.refused_workers.keys():
+            reasons = "; ".join(f"{worker}: {self.refused_workers[worker]}" for worker in members)
             raise WorkersError(f"no worker calculates like this machine: {reasons}")
         if members:
             self.last_worker_at = time.monotonic()
@@ -239,29 +239,29 @@ class Fleet:
             return
         self.lost_blocks.append(first)
         self.lost_workers[first] = self.lost_workers.get(first, 0) + 1
-        if self.lost_workers[first] >= MOST_ENDS:
-            last = self.end_of(first) - 1
-            raise WorkersError(f"{MOST_ENDS} workers ended with samples {first} to {last}; see their logs")
+        if self.lost_workers[first] >= MAX_WORKER_ENDS:
+            last = self.block_end(first) - 1
+            raise WorkersError(f"{MAX_WORKER_ENDS} workers ended with samples {first} to {last}; see their logs")
 
-    def hand_blocks_out(self, due: int, ready: dict[int, Tally]) -> None:
+    def hand_blocks_out(self, due: int, tallies: dict[int, Tally]) -> None:
         """A block for each worker that has none: one that nobody has, else the first that one other has."""
-        for worker in sorted(self.accepted - self.tasks.keys()):
-            first = self.next_block(due, ready)
+        for worker in sorted(self.accepted_workers - self.tasks.keys()):
+            first = self.next_block(due, tallies)
             if first is not None:
-                self.submit_task(worker, first, run_block, self.job, first, self.end_of(first), self.sizes)
+                self.submit_task(worker, first, run_block, self.job, first, self.block_end(first), self.sizes)
 
-    def next_block(self, due: int, ready: dict[int, Tally]) -> int | None:
+    def next_block(self, due: int, tallies: dict[int, Tally]) -> int | None:
         """What is worth running next."""
         held_blocks = [task.first for task in self.tasks.values() if task.first is not None]
         while self.lost_blocks:
             first = self.lost_blocks.pop()
-            if first >= due and first not in ready and first not in held_blocks:
+            if first >= due and first not in tallies and first not in held_blocks:
                 return first
         self.next_first = max(self.next_first, due)  # blocks that were ready went with the one that they waited for
-        while self.next_first in ready:
-            self.next_first = self.end_of(self.next_first)
-        if self.next_first < self.samples and len(ready) <= BLOCKS_AHEAD * len(self.accepted):
-            first, self.next_first = self.next_first, self.end_of(self.next_first)
+        while self.next_first in tallies:
+            self.next_first = self.block_end(self.next_first)
+        if self.next_first < self.samples and len(tallies) <= BLOCKS_AHEAD * len(self.accepted_workers):
+            first, self.next_first = self.next_first, self.block_end(self.next_first)
             return first
         times = Counter(held_blocks)
         return min((first for first, times in times.items() if first >= due and times == 1), default=None)
@@ -307,11 +307,11 @@ class Fleet:
             else:
                 yield first, result
 
-    def judge_worker(self, worker: str, differs: list[str]) -> None:
-        """What a worker's trial says: ``differs`` from this machine."""
-        if differs:
-            self.refused[worker] = "; ".join(differs)
-            self.remark(f"worker {worker} is left out: {self.refused[worker]}")
+    def judge_worker(self, worker: str, differences: list[str]) -> None:
+        """What a worker's trial says: ``differences`` from this machine."""
+        if differences:
+            self.refused_workers[worker] = "; ".join(differences)
+            self.remark(f"worker {worker} is left out: {self.refused_workers[worker]}")
             self.looked_at = 0.0
         else:
-            self.accepted.add(worker)
+            self.accepted_workers.add(worker)

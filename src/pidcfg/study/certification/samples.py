@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple, cast
 from pidcfg.schemas.scenario import rejoin_expressions
 from pidcfg.sim.controllers.plc import axes_of, signals_of
 from pidcfg.sim.engine.recording import Recording
-from pidcfg.sim.engine.repeat import IrregularError, RepeatedRun, with_numbers
+from pidcfg.sim.engine.repeat import IrregularError, RepeatedRun, replace_numbers
 from pidcfg.sim.engine.run import Settings, UnusableError, simulate
 from pidcfg.sim.judgement.meters import METRICS
 from pidcfg.sim.judgement.report import ten_digits
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from pidcfg.sim.controllers.plc import Plc
     from pidcfg.sim.engine.expressions import Problem
     from pidcfg.sim.engine.run import Run
-    from pidcfg.sim.judgement.report import Note, Report, Standing, Verdict
+    from pidcfg.sim.judgement.report import Note, Report, StandingVerdict, Verdict
     from pidcfg.study.uncertainty import NumberSpread, Uncertainty
     from pidcfg.text.document import Document
     from pidcfg.text.reader import Limits
@@ -61,7 +61,7 @@ D801 = Decision(
     "those that were there.",
 )
 GOLDEN_STEP, BITS_MASK = 0x9E3779B97F4A7C15, (1 << 64) - 1
-MOST_DRAWS = 100
+MAX_DRAWS = 100
 """Numbers that are drawn for one that has limits."""
 STANDARD_NORMAL = NormalDist()
 
@@ -101,31 +101,31 @@ def unit_number(seed: int, sample: int, row: str, draw: int = 0) -> float:
 
 def draw_number(uncertainty: Uncertainty, seed: int, sample: int) -> float:
     """The number of a sample; raises `DrawError`."""
-    ends = uncertainty.ends
-    for draw in range(MOST_DRAWS):
-        value = quantile(ends, unit_number(seed, sample, uncertainty.random_row, draw))
-        if ends.low <= value <= ends.high:
+    spread = uncertainty.spread
+    for draw in range(MAX_DRAWS):
+        value = quantile(spread, unit_number(seed, sample, uncertainty.random_row, draw))
+        if spread.low <= value <= spread.high:
             return value
-    raise DrawError(f"{uncertainty.label}: {MOST_DRAWS} numbers, none within {ends.low:g} to {ends.high:g}")
+    raise DrawError(f"{uncertainty.label}: {MAX_DRAWS} numbers, none within {spread.low:g} to {spread.high:g}")
 
 
-def quantile(ends: NumberSpread, share: float) -> float:
+def quantile(spread: NumberSpread, probability: float) -> float:
     """Where a spread reaches a share, its limits left aside."""
-    if ends.sigma is None:
-        return ends.low + (ends.high - ends.low) * share
-    return ends.mean + ends.sigma * STANDARD_NORMAL.inv_cdf(share)
+    if spread.sigma is None:
+        return spread.low + (spread.high - spread.low) * probability
+    return spread.mean + spread.sigma * STANDARD_NORMAL.inv_cdf(probability)
 
 
-def fifth_bounds(ends: NumberSpread) -> tuple[float, float]:
+def fifth_bounds(spread: NumberSpread) -> tuple[float, float]:
     """Below the first lies a fifth of all samples, above the second another one."""
-    if ends.sigma is None:
-        return quantile(ends, 0.2), quantile(ends, 0.8)
-    low = 0.0 if ends.low == -inf else STANDARD_NORMAL.cdf((ends.low - ends.mean) / ends.sigma)
-    high = 1.0 if ends.high == inf else STANDARD_NORMAL.cdf((ends.high - ends.mean) / ends.sigma)
+    if spread.sigma is None:
+        return quantile(spread, 0.2), quantile(spread, 0.8)
+    low = 0.0 if spread.low == -inf else STANDARD_NORMAL.cdf((spread.low - spread.mean) / spread.sigma)
+    high = 1.0 if spread.high == inf else STANDARD_NORMAL.cdf((spread.high - spread.mean) / spread.sigma)
     span = high - low
     if not span > 0:  # limits so far out that no number comes there
-        return ends.low, ends.high
-    return quantile(ends, low + 0.2 * span), quantile(ends, low + 0.8 * span)
+        return spread.low, spread.high
+    return quantile(spread, low + 0.2 * span), quantile(spread, low + 0.8 * span)
 
 
 # --- The data of a scenario as YAML in block style, each scalar as the file had it: unquoted ones stay unquoted -------
@@ -229,19 +229,19 @@ class Batch:
             raise UnusableSampleError("; ".join(finding.message for finding in findings))
         return scenario
 
-    def repeat_scenario(self, known: Scenario, sample: int, numbers: Sequence[float]) -> Scenario:
+    def repeat_scenario(self, base: Scenario, sample: int, numbers: Sequence[float]) -> Scenario:
         """The same, made of another sample's scenario, but for its title; raises `IrregularError`."""
         texts = {
             uncertainty: Plain(uncertainty.number_text(number))
             for uncertainty, number in zip(self.varies, numbers, strict=True)
         }
         plants = _set_plants(self.varied_plants, texts)
-        return with_numbers(known, seed_of(self.seed, sample), plants, _first_events(texts))
+        return replace_numbers(base, seed_of(self.seed, sample), plants, _first_events(texts))
 
     @cached_property
     def varied_plants(self) -> dict[str | int, Any]:
         """The plants that vary, by their keys in the model: names of loops, or places in the list."""
-        names = {uncertainty.name for uncertainty in self.varies if uncertainty.of == "plants"}
+        names = {uncertainty.name for uncertainty in self.varies if uncertainty.section == "plants"}
         plants: Any = dict(rejoin_expressions(self.document.data)).get("plants", {})  # type: ignore[call-overload]  # it has loaded
         entries = plants.items() if isinstance(plants, dict) else enumerate(plants)
         return {key: plant for key, plant in entries if str(plant.get("name", key)) in names}
@@ -257,7 +257,7 @@ def _first_events(texts: Mapping[Uncertainty, Plain]) -> list[dict[str, Any]]:
     """The events that write the drawn numbers of loops."""
     loops: dict[str, dict[str, Plain]] = {}
     for uncertainty, text in texts.items():
-        if uncertainty.of == "loops":
+        if uncertainty.section == "loops":
             loops.setdefault(uncertainty.name, {})[uncertainty.key] = text
     return [{"at": Plain(0), "loop": Plain(name), "set": keys} for name, keys in loops.items()]
 
@@ -268,7 +268,7 @@ def _set_plants(plants: Any, texts: Mapping[Uncertainty, Plain]) -> Any:
     copies = [(name, dict(plant)) for name, plant in (plants.items() if keyed else enumerate(plants))]
     for uncertainty, text in texts.items():
         for name, plant in copies:
-            if uncertainty.of == "plants" and uncertainty.name == str(plant.get("name", name)):
+            if uncertainty.section == "plants" and uncertainty.name == str(plant.get("name", name)):
                 if isinstance(plant.get(uncertainty.key.partition(".")[0]), list):
                     plant[uncertainty.key.partition(".")[0]] = list(plant[uncertainty.key.partition(".")[0]])
                 set_value(plant, parse_path(uncertainty.key), text)
@@ -368,7 +368,7 @@ class RunVerdicts(NamedTuple):
     """What a run has shown, with or without a report."""
 
     expectations: Sequence[Verdict]
-    standing: Sequence[Standing]
+    standing: Sequence[StandingVerdict]
     metrics: Sequence[Mapping[str, float | None]]
     """Of each loop."""
     notes: Sequence[Note]
@@ -384,14 +384,14 @@ def _make_result(sample: int, numbers: Sequence[float], scenario: Scenario, verd
     margins = [margin(expectation, v) for expectation, v in zip(scenario.expect, expectations, strict=True)]
     if fails:
         margins.append(-inf)
-    least = min(margins, default=inf)
-    tightest = margins.index(least) if margins else -1
+    min_margin = min(margins, default=inf)
+    tightest = margins.index(min_margin) if margins else -1
     return SampleResult(
         sample,
         tuple(numbers),
         passed=not fails and all(v.passed for v in expectations),
         held=tuple(v.passed for v in expectations),
-        margin=least,
+        margin=min_margin,
         tightest=tightest if tightest < len(scenario.expect) else -1,
         standing="".join(VERDICT_SIGNS[v.word] for v in standing),
         metrics=tuple(tuple(loop.get(name) for name in METRICS) for loop in metrics),
@@ -400,7 +400,7 @@ def _make_result(sample: int, numbers: Sequence[float], scenario: Scenario, verd
 
 
 VERDICT_SIGNS = {"passed": "+", "FAILED": "-", "NOT PROVEN": "!", "allowed": "a", "not judged": "?"}
-"""What a batch keeps of a verdict, by its `Standing.word`."""
+"""What a batch keeps of a verdict, by its `StandingVerdict.word`."""
 
 
 def margin(expectation: Expectation, verdict: Verdict) -> float:
@@ -586,16 +586,16 @@ def record_fan(job: Job, samples: int, jobs: int) -> Fan:
     return fan_of(ran[0][0] if ran else (), [signals for _, signals in ran])
 
 
-Recorded = tuple[list[float], dict[str, "array[float]"]]
+RecordedSignals = tuple[list[float], dict[str, "array[float]"]]
 """Times in s, and the values of each signal."""
 
 
-def _make_recorder(job: Job) -> Callable[[range], list[Recorded | None]]:
+def _make_recorder(job: Job) -> Callable[[range], list[RecordedSignals | None]]:
     """What records samples one after the other."""
     sampler = job.make_sampler()
     signals = signals_of(axes_of(sampler.loaded.new_plc(), sampler.loaded.image.settings))
 
-    def record(sample: int) -> Recorded | None:
+    def record(sample: int) -> RecordedSignals | None:
         thinned = ThinnedRecording(signals)
         if not sampler.record_sample(sample, thinned):
             return None

@@ -36,13 +36,13 @@ CUT_BITS = 52 - 8
 """Bits of the mantissa that a bin leaves out."""
 BLOCK_SAMPLES = 1_024
 """Samples of a block."""
-SMALLEST = 2.0**-1022
+SMALLEST_NORMAL = 2.0**-1022
 """Smaller amounts count as 0."""
 
 
 def bin_of(value: float) -> int:
     """The bin of a number: its highest 20 bits."""
-    if abs(value) < SMALLEST:
+    if abs(value) < SMALLEST_NORMAL:
         return 0
     bits: int = struct.unpack(">Q", struct.pack(">d", value))[0]
     return bits >> CUT_BITS
@@ -72,8 +72,8 @@ class Distribution:
 
     def add_number(self, value: float) -> None:
         """The next sample's number."""
-        place = bin_of(value)
-        self.bins[place] = self.bins.get(place, 0) + 1
+        bin_number = bin_of(value)
+        self.bins[bin_number] = self.bins.get(bin_number, 0) + 1
         self.low = min(self.low, value) if self.count else value
         self.high = max(self.high, value) if self.count else value
         self.count += 1
@@ -85,8 +85,8 @@ class Distribution:
 
     def append_block(self, other: Distribution) -> None:
         """The numbers of the next block; this one has whole blocks alone."""
-        for place, number in other.bins.items():
-            self.bins[place] = self.bins.get(place, 0) + number
+        for bin_number, number in other.bins.items():
+            self.bins[bin_number] = self.bins.get(bin_number, 0) + number
         if other.count:
             self.low = min(self.low, other.low) if self.count else other.low
             self.high = max(self.high, other.high) if self.count else other.high
@@ -126,9 +126,9 @@ class Distribution:
 
 Sizes = tuple[int, int, int, int]
 """How many expectations, standing ones, loops and uncertainties are counted."""
-MOST_WORST = 100
+MAX_WORST = 100
 """Worst samples that are kept."""
-MOST_REASONS = 5
+MAX_REASONS = 5
 """Samples that could not run whose reasons are told."""
 
 
@@ -191,7 +191,7 @@ class Tally:
         self.passed += result.passed
         if result.reason:
             self.failed_to_run += 1
-            if len(self.reasons) < MOST_REASONS:
+            if len(self.reasons) < MAX_REASONS:
                 self.reasons.append(f"sample {result.sample}: {result.reason}")
         else:
             self._count_verdicts(result)
@@ -223,8 +223,8 @@ class Tally:
         for row, of_block in zip(self.metrics, block.metrics, strict=True):
             for distribution, other in zip(row, of_block, strict=True):
                 distribution.append_block(other)
-        self.reasons = [*self.reasons, *block.reasons][:MOST_REASONS]
-        self.worst = sorted([*self.worst, *block.worst], key=_worst_first)[:MOST_WORST]
+        self.reasons = [*self.reasons, *block.reasons][:MAX_REASONS]
+        self.worst = sorted([*self.worst, *block.worst], key=_worst_first)[:MAX_WORST]
 
     def _count_verdicts(self, result: SampleResult) -> None:
         """Verdicts and metrics of a sample that ran."""
@@ -242,7 +242,7 @@ class Tally:
     def _compare_numbers(self, result: SampleResult, varies: Sequence[Uncertainty]) -> None:
         """In which fifth each number lies, and whether the sample passed."""
         for i, (uncertainty, number) in enumerate(zip(varies, result.numbers, strict=False)):
-            low, high = fifth_bounds(uncertainty.ends)
+            low, high = fifth_bounds(uncertainty.spread)
             for counts in [self.lowest[i]] * (number < low) + [self.highest[i]] * (number >= high):
                 counts[0] += 1
                 counts[1] += result.passed
@@ -251,7 +251,7 @@ class Tally:
         """The worst so far; of two alike the earlier one is worse."""
         self.worst.append(NearLimit(result.sample, result.margin, result.tightest, list(result.numbers)))
         self.worst.sort(key=_worst_first)
-        del self.worst[MOST_WORST:]
+        del self.worst[MAX_WORST:]
 
     def to_json(self) -> dict[str, Any]:
         """As JSON, from which `of_json` makes the same again."""
@@ -301,8 +301,8 @@ D803 = Decision(
     "refused and left alone. Engine and number of processes are no part of the key: they give the same results.",
     "A result that is put together from two programs, two scenarios or two ways to calculate would be nobody's.",
 )
-FORMAT = 2
-DAMAGED = "it is damaged, or no file of --resume"
+STATE_FORMAT = 2
+DAMAGED_TEXT = "it is damaged, or no file of --resume"
 
 
 class StateError(ValueError):
@@ -322,7 +322,7 @@ class Progress:
 def key_of(job: Job) -> str:
     """A hash of everything that a result depends on."""
     parts = (
-        *(FORMAT, job.scenario, job.config.hex(), job.seed, hash_sources()),
+        *(STATE_FORMAT, job.scenario, job.config.hex(), job.seed, hash_sources()),
         *(sys.version, platform.machine(), platform.system()),
     )
     return hashlib.sha256(json.dumps(parts).encode()).hexdigest()
@@ -352,7 +352,7 @@ def read_state(data: bytes, key: str, job: Job, samples: int) -> Progress:
     except StateError:
         raise
     except (ValueError, TypeError, LookupError, AttributeError, RecursionError):
-        raise StateError(DAMAGED) from None
+        raise StateError(DAMAGED_TEXT) from None
     if too_many:
         raise StateError(f"it has {tally.samples} samples already, more than {samples}")
     trial = Trial()
@@ -370,7 +370,7 @@ def _read_document(data: bytes, key: str) -> Any:
         raise StateError("it is no file of --resume") from None
     body = rest.removesuffix("\n")
     if hashlib.sha256(body.encode()).hexdigest() != checksum:
-        raise StateError(DAMAGED)
+        raise StateError(DAMAGED_TEXT)
     state = json.loads(body)
     if state["key"] != key:
         raise StateError("it belongs to another scenario, configuration, seed or program")

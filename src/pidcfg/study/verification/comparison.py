@@ -93,11 +93,11 @@ DEADBAND_TOLERANCE = 0.5
 """Of a dead band, by which two PVs may rest apart in it."""
 MANUAL_STAGES = ("start", "manual")
 """Stages in which an output in Manual is the one that was given."""
-EITHER_SAMPLE = (0, -1, 1)
+SAMPLE_SHIFTS = (0, -1, 1)
 """By which PV and output may, from one act to the next: it may act with the sample or with the next one."""
 REST_SAMPLES = 4
 """Samples without a move after which an output stands still."""
-FLIP_SAMPLES, FEW_FLIPS = 2, 4
+FLIP_SAMPLES, MAX_FLIPS = 2, 4
 """Samples in which a PV that is rounded up on one side and down on the other moves the output, and of how many such
 PVs in a stage this may be so."""
 LARGE_JUMP = 0.1
@@ -106,7 +106,7 @@ LIMIT_DISTANCE = 1e-3
 """How near to its end an output is at it: a share of its range."""
 
 
-IN_AUTO = {"cascade": "auto"}
+CASCADE_SUBSTITUTES = {"cascade": "auto"}
 """What a loop's mode is in a PLC that has no mode for cascade."""
 
 
@@ -121,11 +121,11 @@ class CountSizes(NamedTuple):
 class Tolerance:
     """How far both sides of a loop may lie apart."""
 
-    share: float
+    response_share: float
     """Of the response."""
-    closed: CountSizes
+    closed_loop: CountSizes
     """In the closed loop, where each is carried to the other."""
-    alone: CountSizes
+    open_loop: CountSizes
     """Where the PV goes its own way."""
     setpoint: float
     """PV units."""
@@ -142,7 +142,7 @@ class Tolerance:
     """Of the mean of an output where the PV goes its own way: a share of the range; 0: means are not compared."""
     shifts: tuple[int, ...] = (0,)
     """Samples by which PV and output may come apart from one act to the next."""
-    by_hand: float | None = None
+    manual_output: float | None = None
     """Of an output in Manual, as a share of its range; None: as in Auto."""
 
 
@@ -184,7 +184,7 @@ def find_differences(
     if "mode" in stage.signals:
         modes = [side.modes for side in (one, two)]
         if not (one.cascades and two.cascades):
-            modes = [[IN_AUTO.get(mode, mode) for mode in side] for side in modes]
+            modes = [[CASCADE_SUBSTITUTES.get(mode, mode) for mode in side] for side in modes]
         yield from comparison.compare_states("mode", *modes)
     if "alarms" in stage.signals:
         for name in sorted(one.alarms.keys() & two.alarms.keys()):
@@ -215,14 +215,16 @@ class _Comparison:
         """The PVs, which may rest anywhere in a dead band."""
         tolerance = self.tolerance
         counts = (
-            tolerance.alone.pv if self.stage.is_swept else tolerance.closed.pv + DEADBAND_TOLERANCE * tolerance.band
+            tolerance.open_loop.pv
+            if self.stage.is_swept
+            else tolerance.closed_loop.pv + DEADBAND_TOLERANCE * tolerance.band
         )
         yield from self._compare_values("pv", self.one.pv, self.two.pv, counts, self.bench.span)
 
     def compare_output(self) -> Iterator[SignalDifference]:
         """The outputs, which a dead band switches."""
         tolerance = self.tolerance
-        counts = tolerance.alone.output if self.stage.is_swept else tolerance.closed.output
+        counts = tolerance.open_loop.output if self.stage.is_swept else tolerance.closed_loop.output
         if not (self.stage.is_swept or self.stage.name.startswith("dead band")):
             counts += tolerance.switching
         output_differences = list(self._compare_values("output", self.one.output, self.two.output, counts, 1.0))
@@ -233,7 +235,7 @@ class _Comparison:
     def _compare_means(self) -> Iterator[SignalDifference]:
         """Outputs whose means differ, although a count of the PV moves each of them by more for a sample."""
         a, b = (running_means(side.output, self.first_sample) for side in (self.one, self.two))
-        allowed = self.tolerance.share * (max(a) - min(a)) + self.tolerance.mean
+        allowed = self.tolerance.response_share * (max(a) - min(a)) + self.tolerance.mean
         samples = tuple(self.first_sample + k for k in range(len(a)) if not distance_at(a, b, k, 1) <= allowed)
         if samples:
             worst = max(abs(a[k - self.first_sample] - b[k - self.first_sample]) for k in samples)
@@ -245,7 +247,7 @@ class _Comparison:
     ) -> Iterator[SignalDifference]:
         """A signal of which one side may come a sample later, where that fits better."""
         first = self.first_sample
-        allowed = self.tolerance.share * (max(a[first:]) - min(a[first:])) + counts
+        allowed = self.tolerance.response_share * (max(a[first:]) - min(a[first:])) + counts
         if self._is_operated:
             window = (len(self.tolerance.shifts) > 1) + self.stage.slack
             samples = [k for k in range(first, len(a)) if not distance_at(a, b, k, window) <= allowed]
@@ -255,9 +257,9 @@ class _Comparison:
                 for part in self._stage_parts(len(a))
                 for k in _distant_samples(a, b, part, allowed, self.tolerance.shifts)
             ]
-        if not self.stage.is_swept and self.tolerance.share:
+        if not self.stage.is_swept and self.tolerance.response_share:
             known = set(samples)
-            samples = [k for k in samples if not _is_alone(k, known, abs(a[k] - b[k]) - allowed, allowed)]
+            samples = [k for k in samples if not _is_single_sample(k, known, abs(a[k] - b[k]) - allowed, allowed)]
         if signal == "output":
             flips = self._flipped_samples()
             kick = self.tolerance.kick
@@ -278,14 +280,16 @@ class _Comparison:
 
     def _manual_samples(self, samples: Sequence[int]) -> list[int]:
         """Where both are in Manual, and their outputs are apart by more than counts."""
-        one, two, most = self.one, self.two, self.tolerance.by_hand
-        if most is None or self.stage.name not in MANUAL_STAGES:
+        one, two, max_distance = self.one, self.two, self.tolerance.manual_output
+        if max_distance is None or self.stage.name not in MANUAL_STAGES:
             return []
         known = set(samples)
         return [
             k
             for k in range(self.first_sample, len(one.output))
-            if k not in known and one.modes[k] == two.modes[k] == "manual" and abs(one.output[k] - two.output[k]) > most
+            if k not in known
+            and one.modes[k] == two.modes[k] == "manual"
+            and abs(one.output[k] - two.output[k]) > max_distance
         ]
 
     @property
@@ -305,14 +309,14 @@ class _Comparison:
         """Where a PV that lies between two counts is rounded up on one side alone: a derivative makes much of that."""
         if not self.stage.is_swept:
             return frozenset()
-        half = self.tolerance.alone.pv / COUNT_TOLERANCE / 2
+        half = self.tolerance.open_loop.pv / COUNT_TOLERANCE / 2
         flips = [k for k in range(self.first_sample, len(self.one.pv)) if abs(self.one.pv[k] - self.two.pv[k]) > half]
-        return frozenset(k + n for k in flips for n in range(FLIP_SAMPLES)) if len(flips) <= FEW_FLIPS else frozenset()
+        return frozenset(k + n for k in flips for n in range(FLIP_SAMPLES)) if len(flips) <= MAX_FLIPS else frozenset()
 
-    def _is_at_edge(self, k: int, further: float, jump: float) -> bool:
+    def _is_at_edge(self, k: int, excess: float, jump: float) -> bool:
         """Whether an output may jump, an error being at the edge of the dead band and inside on one side only."""
-        band, near = self.tolerance.band, self.tolerance.closed.pv
-        if not band or self.stage.is_swept or further > 2 * jump:
+        band, near = self.tolerance.band, self.tolerance.closed_loop.pv
+        if not band or self.stage.is_swept or excess > 2 * jump:
             return False
         return any(
             abs(abs(side.setpoint[n] - side.pv[n]) - band) <= near
@@ -402,9 +406,9 @@ def _distant_samples(
     return max(map(apart_by, shifts), key=lambda ks: (ks[0] if ks else len(a), -len(ks)))
 
 
-def _is_alone(k: int, samples: Collection[int], further: float, allowed: float) -> bool:
+def _is_single_sample(k: int, samples: Collection[int], excess: float, allowed: float) -> bool:
     """Whether a difference of less than twice what is allowed lasts for one sample: a count at the edge of a limit."""
-    return further <= allowed and k - 1 not in samples and k + 1 not in samples
+    return excess <= allowed and k - 1 not in samples and k + 1 not in samples
 
 
 def _is_at_rest(output: Sequence[float], k: int) -> bool:
@@ -450,7 +454,7 @@ D306 = Decision(
 def refused_mode(stage: Stage, trial: Trial, sample: float) -> str:
     """The first mode that a stage asks for and the loop does not go to before the next is asked; empty: none."""
     for mode, first, last in _wanted_modes(stage, sample):
-        mode_here = mode if trial.cascades else IN_AUTO.get(mode, mode)
+        mode_here = mode if trial.cascades else CASCADE_SUBSTITUTES.get(mode, mode)
         if mode_here not in trial.modes[first:last]:
             return mode
     return ""

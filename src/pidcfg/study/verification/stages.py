@@ -26,7 +26,7 @@ D304 = Decision(
     "A loop that is tuned at all is stable on it, and it shows gain, times, action and scales of both sides; with a "
     "larger gain one count of the output would move the PV by many.",
 )
-STRONGEST_GAIN, WANTED_GAIN = 3.0, 2.0
+MAX_GAIN, WANTED_GAIN = 3.0, 2.0
 """Gain of the plant, as a share of the PV's span for the whole output: at most, and where the loop's gain allows it."""
 PER_INTEGRAL, PER_DERIVATIVE, PER_DELAY = 4.0, 0.4, 0.25
 """Crossover times integral time, derivative time and the sum of what delays the loop."""
@@ -38,7 +38,7 @@ SETTLED_LAGS = 12
 """Time constants after which a filter has forgotten."""
 CASCADE_SAMPLES = 8
 """Samples of the slowest loop of a cascade after which the inner ones are in Cascade."""
-MOST_SAMPLES = 800
+MAX_SAMPLES = 800
 """Samples of a stage."""
 
 
@@ -55,21 +55,21 @@ class Bench:
     """PV units for the whole output, with the sign of the action."""
     time_constant: float
     dead_time: float
-    middle: float
+    rest_out: float
     """The output at rest, as a share of its range."""
-    start: float
+    rest_pv: float
     """PV and set point at rest."""
-    alarm_free: tuple[float, float]
+    alarm_free_range: tuple[float, float]
     """PVs within the limits of the set point and without an alarm."""
     sp_width: float
     """Width of the limits of the set point."""
     length: float
     """How long a change is watched."""
-    settling: float
+    settling_time: float
     """How long the loop is left alone in Auto before something happens."""
     manual_time: float
     """How long a stage begins in Manual: until filters have forgotten what was before."""
-    slowest: float
+    slowest_sample: float
     """The longest sample time in its cascade."""
     limits: tuple[float, float]
     """Of the output, as shares of its range."""
@@ -103,9 +103,9 @@ def bench_of(loop: Loop, other: Loop, slowest: float = 0.0) -> Bench:
     crossover, gain, time = _slower_dynamics(loop, other, sample)
     limits = output_limits(loop)
     bounds = loop.setpoint.limits or loop.pv.range
-    room = float(bounds[1] - bounds[0])
+    sp_width = float(bounds[1] - bounds[0])
     quiet = quiet_range(loop)
-    samples = min(ceil(10 / crossover / sample), MOST_SAMPLES)
+    samples = min(ceil(10 / crossover / sample), MAX_SAMPLES)
     return Bench(
         low,
         high,
@@ -116,9 +116,9 @@ def bench_of(loop: Loop, other: Loop, slowest: float = 0.0) -> Bench:
         middle_output(loop, limits),
         (quiet[0] + quiet[1]) / 2,
         quiet,
-        room,
+        sp_width,
         samples * sample,
-        min(ceil(5 / crossover / sample), MOST_SAMPLES // 2) * sample,
+        min(ceil(5 / crossover / sample), MAX_SAMPLES // 2) * sample,
         max(ceil(SETTLED_LAGS * _lag_of(loop, other) / sample), 6, ceil(CASCADE_SAMPLES * slowest / sample)) * sample,
         max(slowest, sample),
         limits,
@@ -144,19 +144,19 @@ def dynamics(loop: Loop, sample: float, delay: float, wanted_gain: float) -> tup
     """
     tuning = loop.tuning
     span, width = (float(pair[1] - pair[0]) for pair in (loop.pv.range, loop.output.range))
-    share = abs(float(tuning.gain)) * span / width or 1.0
+    ratio = abs(float(tuning.gain)) * span / width or 1.0
     integral, derivative = float(tuning.integral_time), float(tuning.derivative_time)
     crossover = PER_DELAY / delay
     if derivative:
         crossover = min(crossover, PER_DERIVATIVE / derivative)
     if not tuning.proportional and integral:
         crossover = min(crossover, 1 / integral)
-        return crossover, min(crossover * integral / share, STRONGEST_GAIN), sample
+        return crossover, min(crossover * integral / ratio, MAX_GAIN), sample
     if integral:
         crossover = min(crossover, PER_INTEGRAL / integral)
-    time = max(integral, 10 * sample, wanted_gain * share / crossover)
-    gain = min(crossover * time / share, STRONGEST_GAIN)
-    return gain * share / time, gain, time
+    time = max(integral, 10 * sample, wanted_gain * ratio / crossover)
+    gain = min(crossover * time / ratio, MAX_GAIN)
+    return gain * ratio / time, gain, time
 
 
 def output_limits(loop: Loop) -> tuple[float, float]:
@@ -179,14 +179,14 @@ def quiet_range(loop: Loop) -> tuple[float, float]:
     """The PVs within the limits of the set point and between the inner alarms, where there is room between them."""
     low, high = (float(end) for end in loop.pv.range)
     margin = RANGE_MARGIN * (high - low)
-    least, most = low + margin, high - margin
+    bottom, top = low + margin, high - margin
     if loop.setpoint.limits is not None:
-        least, most = max(least, float(loop.setpoint.limits[0])), min(most, float(loop.setpoint.limits[1]))
+        bottom, top = (max(bottom, float(loop.setpoint.limits[0])), min(top, float(loop.setpoint.limits[1])))
     points = loop.alarms.pv
     inner = [float(p) for p in (points.low_low, points.low) if p is not None]
     outer = [float(p) for p in (points.high, points.high_high) if p is not None]
-    between = max([least, *inner]), min([most, *outer])
-    return between if between[0] < between[1] else (least, most)
+    between = max([bottom, *inner]), min([top, *outer])
+    return between if between[0] < between[1] else (bottom, top)
 
 
 # --- What a stage is made of: acts at times, and how both sides are compared ------------------------------------------
@@ -207,11 +207,11 @@ class Act:
     output: float | None = None
     """A share of the range."""
     load: float | None = None
-    master: float | None = None
+    master_output: float | None = None
     """The output of the loop that gives the set point, as a share of its range."""
-    moved: float | None = None
+    pv_offset: float | None = None
     """By how much the PV lies beside the plant's value from then on."""
-    lost: bool | None = None
+    sensor_lost: bool | None = None
     """The sensor shows the lower end of its range, or the PV again."""
 
 
@@ -245,15 +245,15 @@ def begin_at_rest(b: Bench) -> tuple[Act, ...]:
 
     The output is held until the inner loops are in Cascade: some masters take over what these have for a set point.
     """
-    held_samples = min(round(CASCADE_SAMPLES * b.slowest / b.sample), round(b.manual_time / b.sample) - 1)
+    held_samples = min(round(CASCADE_SAMPLES * b.slowest_sample / b.sample), round(b.manual_time / b.sample) - 1)
     return (
         Act(0.0, mode="auto"),  # a block may keep its set point from a master in Manual, too
         Act(0.0, mode="manual"),
-        Act(0.0, output=b.middle),
-        Act(b.sample, setpoint=b.start),
-        *(Act(k * b.sample, setpoint=b.start + by) for k, by in _cross_pv(b)),
-        *(Act(k * b.sample, output=b.middle) for k in range(1, held_samples)),
-        Act(b.manual_time - b.sample, output=b.middle),
+        Act(0.0, output=b.rest_out),
+        Act(b.sample, setpoint=b.rest_pv),
+        *(Act(k * b.sample, setpoint=b.rest_pv + by) for k, by in _cross_pv(b)),
+        *(Act(k * b.sample, output=b.rest_out) for k in range(1, held_samples)),
+        Act(b.manual_time - b.sample, output=b.rest_out),
     )
 
 
@@ -265,22 +265,22 @@ def _cross_pv(b: Bench) -> Iterator[tuple[int, float]]:
 
 def go_to_auto(b: Bench) -> tuple[Act, ...]:
     """The same, and then Auto with the same set point."""
-    return (*begin_at_rest(b), Act(b.manual_time, mode="auto"), Act(b.manual_time + b.sample, setpoint=b.start))
+    return (*begin_at_rest(b), Act(b.manual_time, mode="auto"), Act(b.manual_time + b.sample, setpoint=b.rest_pv))
 
 
 def settled_stage(
-    b: Bench, name: str, title: str, acts: tuple[Act, ...], length: float, signals: frozenset[Signal] = CLOSED_LOOP
+    b: Bench, name: str, title: str, acts: tuple[Act, ...], time: float, signals: frozenset[Signal] = CLOSED_LOOP
 ) -> Stage:
     """A stage in Auto whose acts are counted from the time at which the loop has settled."""
-    begin = b.manual_time + 2 * b.sample + b.settling
-    later = tuple(delayed_act(act, begin) for act in acts)
-    load = b.load_for(b.start, b.middle)
-    return Stage(name, title, (*go_to_auto(b), *later), begin + length, begin, signals, b.start, load, output=b.middle)
+    begin = b.manual_time + 2 * b.sample + b.settling_time
+    tail = tuple(delayed_act(act, begin) for act in acts)
+    load = b.load_for(b.rest_pv, b.rest_out)
+    return Stage(name, title, (*go_to_auto(b), *tail), begin + time, begin, signals, b.rest_pv, load, output=b.rest_out)
 
 
-def delayed_act(act: Act, by: float) -> Act:
+def delayed_act(act: Act, delay: float) -> Act:
     """The same act by so much later."""
-    return replace(act, at=act.at + by)
+    return replace(act, at=act.at + delay)
 
 
 # --- The stages in which the PV goes its own way, whatever the output does: the loop's answer, and its alarms ---------
@@ -289,21 +289,21 @@ FASTEST_SWEEP, SLOWEST_SWEEP = 0.0025, 0.001
 """Sweep of the PV through its alarms: share of the range a sample."""
 SHARE_OF_BAND = 0.1
 """Of the narrowest alarm, what the sweep covers in a sample."""
-UNREACHED_ENDS = 0.0025
+END_MARGIN = 0.0025
 """Alarms nearer to the ends of the range are not reached."""
 SHARE_OF_HYSTERESIS = 0.06
 """What the sweep around an alarm covers in a sample: a quarter of the hysteresis is more than two samples."""
-FEWEST_COUNTS, COUNTS_A_SAMPLE = 20, 1.5
+MIN_HYSTERESIS_COUNTS, COUNTS_A_SAMPLE = 20, 1.5
 """Counts of a hysteresis from which on a quarter of it can be told, and what its sweep covers at least."""
 OUTPUT_SHARE = 0.8
 """Of the way to a limit of the output, what the answer to a step of the PV may take."""
-SMALLEST_SHARE = 0.1
+MIN_WAY_SHARE = 0.1
 """Way to the nearer limit, as a share of the output's range, below which the other one is taken."""
-LARGEST_STEP = 0.2
+MAX_PV_STEP = 0.2
 """Step of the PV, as a share of its range."""
-BANDS, FEWEST_BANDS = 6.0, 2.0
+STEP_BANDS, MIN_STEP_BANDS = 6.0, 2.0
 """Widths of a dead band that the PV is moved by, where the output has room for it, and at least."""
-SHORTEST_STEP, LONGEST_STEP = 20, 600
+MIN_STEP_SAMPLES, MAX_STEP_SAMPLES = 20, 600
 """Samples of which each step lasts."""
 SLOW_CHANGE_TIMES = 4.0
 """Derivative times that a slow change of the PV takes."""
@@ -317,7 +317,7 @@ NEAR_LIMIT = 0.015
 """Of the way between both limits, from where an output that moves slowly comes to a limit."""
 BACK_SHARE, BACK_SAMPLES = 0.1, 60
 """Of the output's range, what the error makes that brings it back from a limit, and for how many samples."""
-FINE_MOVES = 5
+MIN_BAND_MOVES = 5
 """Smallest moves of the PV in a dead band from which on its width can be told."""
 BAND_SHARES = (0.9, 0.0, -0.9, -1.12, 1.12, 0.9, 0.0)
 """Where the PV is brought, in widths of a dead band."""
@@ -325,7 +325,7 @@ DRIFT_SHARE = 0.02
 """Of the output's range, what an integral would make of an error that the dead band does not let through."""
 TRANSFER_BANDS = 1.5
 """Widths of a dead band beside the set point where a loop goes back to Auto."""
-OPEN_LOOP_FORGOTTEN = 6
+FORGOTTEN_LAGS = 6
 """Time constants after which a filter has forgotten, for what is to be seen."""
 
 
@@ -344,45 +344,45 @@ def open_loop_stages(b: Bench, loop: Loop, other: Loop, count: float) -> Iterato
 
 def _pv_step_stage(b: Bench, loop: Loop, other: Loop) -> Stage:
     """Steps of the PV that keep the output within its limits: gain, integral, derivative and filters, one by one."""
-    tuning, share = loop.tuning, _gain_share(b, loop)
+    tuning, gain = loop.tuning, _gain_share(b, loop)
     constants = [float(x) for x in (tuning.derivative_filter, loop.pv.filter, other.pv.filter)]
     integral = float(tuning.integral_time)
-    hold_time = max(OPEN_LOOP_FORGOTTEN * max(constants), integral / 2)
-    samples = min(max(round(hold_time / b.sample), SHORTEST_STEP), LONGEST_STEP)
-    passed = -expm1(-b.sample / constants[1]) if constants[1] else 1.0
-    kick = passed * float(tuning.derivative_time) / (constants[0] + b.sample)
-    summed = samples * b.sample / integral if integral else 0.0
-    low, high = b.middle - b.limits[0], b.limits[1] - b.middle
+    hold_time = max(FORGOTTEN_LAGS * max(constants), integral / 2)
+    samples = min(max(round(hold_time / b.sample), MIN_STEP_SAMPLES), MAX_STEP_SAMPLES)
+    filter_share = -expm1(-b.sample / constants[1]) if constants[1] else 1.0
+    kick = filter_share * float(tuning.derivative_time) / (constants[0] + b.sample)
+    windup = samples * b.sample / integral if integral else 0.0
+    low, high = b.rest_out - b.limits[0], b.limits[1] - b.rest_out
     room = _nearer_limit(b)
     band = float(max(loop.deadband, other.deadband)) / b.span
-    size = min(OUTPUT_SHARE * room / (share * (1 + max(kick, summed))), max(LARGEST_STEP, BANDS * band))
-    down = low > high + SMALLEST_SHARE or low < SMALLEST_SHARE
-    if share * FEWEST_BANDS * band > room:  # from the other limit there is more room
-        b = replace(b, middle=b.limits[1 if down else 0] + (-NEAR_LIMIT if down else NEAR_LIMIT))
+    size = min(OUTPUT_SHARE * room / (gain * (1 + max(kick, windup))), max(MAX_PV_STEP, STEP_BANDS * band))
+    down = low > high + MIN_WAY_SHARE or low < MIN_WAY_SHARE
+    if gain * MIN_STEP_BANDS * band > room:  # from the other limit there is more room
+        b = replace(b, rest_out=b.limits[1 if down else 0] + (-NEAR_LIMIT if down else NEAR_LIMIT))
         size = max(size, TRANSFER_BANDS * band)
         down = not down
     else:
-        size = max(size, FEWEST_BANDS * band)
-    by = b.sign * _visible_move(b, size * b.span) * (-1.0 if down else 1.0)
+        size = max(size, MIN_STEP_BANDS * band)
+    move = b.sign * _visible_move(b, size * b.span) * (-1.0 if down else 1.0)
     hold = samples * b.sample
-    acts = (Act(0.0, moved=by), Act(hold, moved=0.0))
+    acts = (Act(0.0, pv_offset=move), Act(hold, pv_offset=0.0))
     return _make_sweep(b, "answer", "a step of the PV and back", acts, 2 * hold, ALL_SIGNALS)
 
 
 def _pv_ramp_stage(b: Bench, loop: Loop, other: Loop) -> Stage:
     """The PV slowly to another value and back: gain and integral, where the derivative's kick leaves them no room."""
-    tuning, share = loop.tuning, _gain_share(b, loop)
+    tuning, gain = loop.tuning, _gain_share(b, loop)
     integral, filters = float(tuning.integral_time), max(float(side.pv.filter) for side in (loop, other))
-    ramp = ceil(max(OPEN_LOOP_FORGOTTEN * filters, SLOW_CHANGE_TIMES * float(tuning.derivative_time)) / b.sample)
-    hold = min(max(round(integral / 2 / b.sample), SHORTEST_STEP), LONGEST_STEP)
-    summed = (ramp / 2 + hold) * b.sample / integral if integral else 0.0
-    low, high = b.middle - b.limits[0], b.limits[1] - b.middle
-    size = min(OUTPUT_SHARE * max(low, high) / (share * (1 + 1 / SLOW_CHANGE_TIMES + summed)), LARGEST_STEP) * b.span
+    ramp = ceil(max(FORGOTTEN_LAGS * filters, SLOW_CHANGE_TIMES * float(tuning.derivative_time)) / b.sample)
+    hold = min(max(round(integral / 2 / b.sample), MIN_STEP_SAMPLES), MAX_STEP_SAMPLES)
+    windup = (ramp / 2 + hold) * b.sample / integral if integral else 0.0
+    low, high = b.rest_out - b.limits[0], b.limits[1] - b.rest_out
+    size = min(OUTPUT_SHARE * max(low, high) / (gain * (1 + 1 / SLOW_CHANGE_TIMES + windup)), MAX_PV_STEP) * b.span
     size = _visible_move(b, size)
     rate = b.sign * size * (1.0 if high >= low else -1.0) / (ramp * b.sample)
-    beyond = HALF_STEP if loop.deadband or other.deadband else 0.0  # at the set point itself the last digit decides
+    overrun = HALF_STEP if loop.deadband or other.deadband else 0.0  # at the set point itself the last digit decides
     times = [k * b.sample for k in (0, ramp, ramp + hold, 2 * ramp + hold)]
-    loads = (-rate, 0.0, rate * (1 + beyond / ramp), 0.0)
+    loads = (-rate, 0.0, rate * (1 + overrun / ramp), 0.0)
     acts = tuple(Act(at, load=load) for at, load in zip(times, loads, strict=True))
     return _make_sweep(
         b, "slow answer", "the PV slowly to another value and back", acts, times[-1] + 10 * b.sample, CLOSED_LOOP
@@ -397,7 +397,7 @@ def _gain_share(b: Bench, loop: Loop) -> float:
 def _move_within_range(b: Bench, by: float) -> float:
     """A move of the PV that does not take it beyond its range."""
     margin = RANGE_MARGIN * b.span
-    return min(max(by, b.low + margin - b.start), b.high - margin - b.start)
+    return min(max(by, b.low + margin - b.rest_pv), b.high - margin - b.rest_pv)
 
 
 def _visible_move(b: Bench, size: float) -> float:
@@ -407,22 +407,22 @@ def _visible_move(b: Bench, size: float) -> float:
 
 def _nearer_limit(b: Bench) -> float:
     """The way to the nearer limit of the output, as a share of its range; the other one where there is hardly any."""
-    low, high = b.middle - b.limits[0], b.limits[1] - b.middle
-    return min(low, high) if min(low, high) >= SMALLEST_SHARE else max(low, high)
+    low, high = b.rest_out - b.limits[0], b.limits[1] - b.rest_out
+    return min(low, high) if min(low, high) >= MIN_WAY_SHARE else max(low, high)
 
 
 def _setpoint_step_stage(b: Bench, loop: Loop) -> Stage:
     """Steps of the set point while the PV stands still: which of both the derivative acts on."""
-    size = _visible_move(b, min(STEP_SHARE * _nearer_limit(b) / _gain_share(b, loop), LARGEST_STEP) * b.span)
-    up = b.start + size <= min(b.high, b.start + b.sp_width / 2)
-    by = size if up else -size
+    size = _visible_move(b, min(STEP_SHARE * _nearer_limit(b) / _gain_share(b, loop), MAX_PV_STEP) * b.span)
+    up = b.rest_pv + size <= min(b.high, b.rest_pv + b.sp_width / 2)
+    move = size if up else -size
     hold = STEP_SAMPLES * b.sample
     low, high = (float(end) for end in loop.setpoint.limits or loop.pv.range)
     acts = (
-        Act(0.0, setpoint=b.start + by),
-        Act(hold, setpoint=b.start),
-        Act(2 * hold, setpoint=b.high, moved=_move_within_range(b, high - size - b.start)),
-        Act(3 * hold, setpoint=b.low, moved=_move_within_range(b, low + size - b.start)),
+        Act(0.0, setpoint=b.rest_pv + move),
+        Act(hold, setpoint=b.rest_pv),
+        Act(2 * hold, setpoint=b.high, pv_offset=_move_within_range(b, high - size - b.rest_pv)),
+        Act(3 * hold, setpoint=b.low, pv_offset=_move_within_range(b, low + size - b.rest_pv)),
     )
     title = "steps of the set point while the PV stands, and both at their ends"
     return _make_sweep(b, "set point", title, acts, 4 * hold, CLOSED_LOOP)
@@ -430,48 +430,48 @@ def _setpoint_step_stage(b: Bench, loop: Loop) -> Stage:
 
 def _limit_stages(b: Bench, loop: Loop) -> Iterator[Stage]:
     """The PV far away until the integral is beyond the range of the output, and a little to the other side."""
-    share, integral = _gain_share(b, loop), float(loop.tuning.integral_time)
+    gain, integral = _gain_share(b, loop), float(loop.tuning.integral_time)
     for name, sign in (("high", 1.0), ("low", -1.0)):
-        by = -b.sign * sign * FAR_SHARE * (b.start - b.low if b.sign * sign > 0 else b.high - b.start)
-        each = share * abs(by) / b.span * b.sample / integral if integral else 1.0
-        far = min(max(ceil(WOUND_SHARE / each), SHORTEST_STEP), LONGEST_STEP) * b.sample
-        back = b.sign * sign * _visible_move(b, min(BACK_SHARE / share, SMALL_STEP) * b.span)
-        acts = (Act(0.0, moved=by), Act(far, moved=back), Act(far + BACK_SAMPLES * b.sample, moved=0.0))
+        by = -b.sign * sign * FAR_SHARE * (b.rest_pv - b.low if b.sign * sign > 0 else b.high - b.rest_pv)
+        each = gain * abs(by) / b.span * b.sample / integral if integral else 1.0
+        far = min(max(ceil(WOUND_SHARE / each), MIN_STEP_SAMPLES), MAX_STEP_SAMPLES) * b.sample
+        back = b.sign * sign * _visible_move(b, min(BACK_SHARE / gain, SMALL_STEP) * b.span)
+        acts = (Act(0.0, pv_offset=by), Act(far, pv_offset=back), Act(far + BACK_SAMPLES * b.sample, pv_offset=0.0))
         title = f"into the {name} limit of the output and back"
         low, high = b.limits
-        near = replace(b, middle=high - NEAR_LIMIT * (high - low) if sign > 0 else low + NEAR_LIMIT * (high - low))
+        near = replace(b, rest_out=high - NEAR_LIMIT * (high - low) if sign > 0 else low + NEAR_LIMIT * (high - low))
         yield _make_sweep(near, f"{name} limit", title, acts, far + 2 * BACK_SAMPLES * b.sample, CLOSED_LOOP)
 
 
 def _deadband_stages(b: Bench, loop: Loop, other: Loop) -> Iterator[Stage]:
     """The PV just inside of the dead band and just outside; one of few counts is too coarse for it."""
-    share, integral = _gain_share(b, loop), float(loop.tuning.integral_time)
-    bands = dict.fromkeys(float(x) for x in (loop.deadband, other.deadband) if x > FINE_MOVES * b.least_move)
+    gain, integral = _gain_share(b, loop), float(loop.tuning.integral_time)
+    bands = dict.fromkeys(float(x) for x in (loop.deadband, other.deadband) if x > MIN_BAND_MOVES * b.least_move)
     for i, band in enumerate(bands):
-        each = share * band / b.span * b.sample / integral if integral else 1.0
-        hold = min(max(ceil(DRIFT_SHARE / each), SHORTEST_STEP), LONGEST_STEP // 4) * b.sample
-        acts = tuple(Act(k * hold, moved=by * band) for k, by in enumerate(BAND_SHARES))
+        each = gain * band / b.span * b.sample / integral if integral else 1.0
+        hold = min(max(ceil(DRIFT_SHARE / each), MIN_STEP_SAMPLES), MAX_STEP_SAMPLES // 4) * b.sample
+        acts = tuple(Act(k * hold, pv_offset=by * band) for k, by in enumerate(BAND_SHARES))
         name = f"dead band {i + 1}" if i else "dead band"
         yield _make_sweep(b, name, "the PV within the dead band and beyond", acts, hold * len(BAND_SHARES), CLOSED_LOOP)
 
 
 def _transfer_stage(b: Bench, loop: Loop, other: Loop) -> Stage:
     """Auto to Manual while the output is elsewhere, an output by hand, and back to Auto beside the set point."""
-    share, band = _gain_share(b, loop), float(max(loop.deadband, other.deadband))
-    room = max(b.limits[1] - b.middle, b.middle - b.limits[0])
-    up = 1.0 if b.limits[1] - b.middle >= room else -1.0
-    size = _visible_move(b, min(max(STEP_SHARE * room / share * b.span, TRANSFER_BANDS * band), LARGEST_STEP * b.span))
-    by = _move_within_range(b, -b.sign * up * size)
-    further = -b.sign * up * _visible_move(b, STEP_SHARE / 2 * room / share * b.span)
+    gain, band = _gain_share(b, loop), float(max(loop.deadband, other.deadband))
+    room = max(b.limits[1] - b.rest_out, b.rest_out - b.limits[0])
+    up = 1.0 if b.limits[1] - b.rest_out >= room else -1.0
+    size = _visible_move(b, min(max(STEP_SHARE * room / gain * b.span, TRANSFER_BANDS * band), MAX_PV_STEP * b.span))
+    move = _move_within_range(b, -b.sign * up * size)
+    second_move = -b.sign * up * _visible_move(b, STEP_SHARE / 2 * room / gain * b.span)
     hold = STEP_SAMPLES * b.sample
     acts = (
-        Act(0.0, moved=by),
+        Act(0.0, pv_offset=move),
         Act(hold, mode="manual"),
-        Act(hold + MANUAL_SAMPLES * b.sample, output=clamp(b.middle - up * MANUAL_SHARE * room, *b.limits)),
+        Act(hold + MANUAL_SAMPLES * b.sample, output=clamp(b.rest_out - up * MANUAL_SHARE * room, *b.limits)),
         Act(2 * hold, mode="auto"),
-        Act(2 * hold + b.sample, setpoint=b.start),
-        Act(3 * hold, moved=_move_within_range(b, by + further)),
-        Act(4 * hold, moved=0.0),
+        Act(2 * hold + b.sample, setpoint=b.rest_pv),
+        Act(3 * hold, pv_offset=_move_within_range(b, move + second_move)),
+        Act(4 * hold, pv_offset=0.0),
     )
     return _make_sweep(b, "transfers", "Auto to Manual and back to Auto", acts, 5 * hold, CLOSED_LOOP)
 
@@ -482,8 +482,8 @@ def _alarm_stages(b: Bench, loop: Loop, other: Loop) -> Iterator[Stage]:
     widths = [w for a in sides for w in (a.deviation.high, a.deviation.high_high) if w]
     bands = [float(width) / b.span for width in widths]
     speed = min(max(SHARE_OF_BAND * min(bands, default=1.0), SLOWEST_SWEEP), FASTEST_SWEEP)
-    up, down = ((end / b.span) / speed for end in (b.high - b.start, b.start - b.low))
-    edge = UNREACHED_ENDS / speed
+    up, down = ((end / b.span) / speed for end in (b.high - b.rest_pv, b.rest_pv - b.low))
+    edge = END_MARGIN / speed
     rates = [float(a.rate_of_change) for a in sides if a.rate_of_change]
     rate = speed * b.span / b.sample
     rise, fall = (round(x - edge) * b.sample for x in (up, down))
@@ -503,18 +503,18 @@ def _alarm_stages(b: Bench, loop: Loop, other: Loop) -> Iterator[Stage]:
 def _hysteresis_stages(b: Bench, loop: Loop, count: float) -> Iterator[Stage]:
     """The PV slowly through one alarm and back, where counts can tell how far."""
     width = float(loop.alarms.hysteresis)
-    if width < FEWEST_COUNTS * count:
+    if width < MIN_HYSTERESIS_COUNTS * count:
         return
     points = [float(p) for p in (loop.alarms.pv.high, loop.alarms.pv.low) if p is not None]
-    points += [b.start + float(d) for d in (loop.alarms.deviation.high,) if d is not None]
+    points += [b.rest_pv + float(d) for d in (loop.alarms.deviation.high,) if d is not None]
     reach = 2 * width
     point = next((p for p in points if b.low + reach < p < b.high - reach), None)
     if point is None:
         return
     rate = max(SHARE_OF_HYSTERESIS * width, COUNTS_A_SAMPLE * count) / b.sample
-    way, slow = point - reach - b.start, round(2 * reach / (rate * b.sample)) * b.sample
+    way, slow = point - reach - b.rest_pv, round(2 * reach / (rate * b.sample)) * b.sample
     turn, back = 2 * b.sample + slow, 2 * b.sample + 2 * slow
-    acts = (Act(0.0, moved=way), Act(2 * b.sample, load=rate), Act(turn, load=-rate), Act(back, load=0.0))
+    acts = (Act(0.0, pv_offset=way), Act(2 * b.sample, load=rate), Act(turn, load=-rate), Act(back, load=0.0))
     signals: frozenset[Signal] = ALL_SIGNALS - {"output"}
     yield _make_sweep(b, "hysteresis", "the PV through an alarm and back", acts, back + 5 * b.sample, signals)
 
@@ -542,10 +542,10 @@ def _make_sweep(
         begin + length,
         begin,
         signals,
-        b.start,
+        b.rest_pv,
         0.0,
         is_swept=True,
-        output=b.middle,
+        output=b.rest_out,
     )
 
 
@@ -584,39 +584,39 @@ def stages_of(bench: Bench, loop: Loop, other: Loop, count: float, *, in_cascade
 
 def _start_stage(b: Bench, loop: Loop, *, in_cascade: bool) -> Stage:
     """As configured: the plant rests a little beside the set point, where the first output of the loop holds it."""
-    setpoint = b.start if loop.setpoint.value is None else float(loop.setpoint.value)
-    pv = min(max(setpoint - b.sign * SMALL_STEP * b.span, b.alarm_free[0]), b.alarm_free[1])
+    setpoint = b.rest_pv if loop.setpoint.value is None else float(loop.setpoint.value)
+    pv = min(max(setpoint - b.sign * SMALL_STEP * b.span, b.alarm_free_range[0]), b.alarm_free_range[1])
     low, high = (float(end) for end in loop.output.range)
     first = 0.0 if loop.output.manual is None else (float(loop.output.manual) - low) / (high - low)
     first = min(max(first, b.limits[0]), b.limits[1])
     title, load = "from Program to Run", b.load_for(pv, first)
     if loop.mode == "cascade":
         return Stage("start", title, (), b.length, signals=frozenset(("mode",)), pv=pv, load=load, with_master=True)
-    begin = 3 * b.slowest if b.slowest > b.sample or in_cascade else 0.0
+    begin = 3 * b.slowest_sample if b.slowest_sample > b.sample or in_cascade else 0.0
     return Stage("start", title, (), b.length, begin, pv=pv, load=load)
 
 
 def _cascade_stage(b: Bench) -> Stage:
     """Auto to Cascade, and a step of the other loop's output."""
-    begin, hold = b.manual_time + 2 * b.sample, max(b.settling, 6 * b.slowest)
-    master_output = (b.start - b.low) / b.span
+    begin, hold = b.manual_time + 2 * b.sample, max(b.settling_time, 6 * b.slowest_sample)
+    master_output = (b.rest_pv - b.low) / b.span
     acts = (
         Act(0.0, mode="cascade"),
-        Act(b.slowest, master=master_output),
-        Act(hold, master=master_output + SMALL_STEP * b.sp_width / b.span),
+        Act(b.slowest_sample, master_output=master_output),
+        Act(hold, master_output=master_output + SMALL_STEP * b.sp_width / b.span),
     )
-    later = (*go_to_auto(b), Act(0.0, master=master_output), *(delayed_act(act, begin) for act in acts))
-    load = b.load_for(b.start, b.middle)
+    later = (*go_to_auto(b), Act(0.0, master_output=master_output), *(delayed_act(act, begin) for act in acts))
+    load = b.load_for(b.rest_pv, b.rest_out)
     return Stage(
         "cascade",
         "Cascade",
         later,
         begin + 2 * hold,
-        begin + 4 * b.slowest,
-        pv=b.start,
+        begin + 4 * b.slowest_sample,
+        pv=b.rest_pv,
         load=load,
-        output=b.middle,
-        slack=ceil(b.slowest / b.sample),
+        output=b.rest_out,
+        slack=ceil(b.slowest_sample / b.sample),
         with_master=True,
     )
 
@@ -630,7 +630,7 @@ def _manual_stage(b: Bench, *, in_cascade: bool) -> Stage:
         Act(b.manual_time + 10 * b.sample, output=low + 0.6 * (high - low)),
         *((Act(b.manual_time + k * b.sample, output=end) for k, end in MANUAL_ENDS) if not in_cascade else ()),
     )
-    load = b.load_for(b.start, b.middle)
+    load = b.load_for(b.rest_pv, b.rest_out)
     return Stage(
         "manual",
         "Manual",
@@ -638,15 +638,15 @@ def _manual_stage(b: Bench, *, in_cascade: bool) -> Stage:
         b.manual_time + 30 * b.sample,
         b.manual_time - b.sample,
         CLOSED_LOOP,
-        b.start,
+        b.rest_pv,
         load,
-        output=b.middle,
+        output=b.rest_out,
     )
 
 
 def _automatic_stage(b: Bench) -> Stage:
     """From Manual to Auto while the PV is beside the set point."""
-    pv = b.start - b.sign * 0.02 * b.span
+    pv = b.rest_pv - b.sign * 0.02 * b.span
     acts = (*begin_at_rest(b), Act(b.manual_time, mode="auto"))
     return Stage(
         "auto",
@@ -656,20 +656,20 @@ def _automatic_stage(b: Bench) -> Stage:
         b.manual_time - b.sample,
         CLOSED_LOOP,
         pv,
-        b.load_for(pv, b.middle),
-        output=b.middle,
+        b.load_for(pv, b.rest_out),
+        output=b.rest_out,
     )
 
 
 def _small_step_stage(b: Bench) -> Stage:
-    act = Act(0.0, setpoint=b.start + SMALL_STEP * b.sp_width)
+    act = Act(0.0, setpoint=b.rest_pv + SMALL_STEP * b.sp_width)
     return settled_stage(b, "step 5 %", "a step of the set point of 5 % of its limits", (act,), b.length)
 
 
 def _large_step_stage(b: Bench) -> Stage:
     acts = (
-        Act(0.0, setpoint=b.start + LARGE_STEP / 2 * b.sp_width),
-        Act(b.length / 2, setpoint=b.start - LARGE_STEP / 2 * b.sp_width),
+        Act(0.0, setpoint=b.rest_pv + LARGE_STEP / 2 * b.sp_width),
+        Act(b.length / 2, setpoint=b.rest_pv - LARGE_STEP / 2 * b.sp_width),
     )
     return settled_stage(b, "step 50 %", "a step of the set point of 50 % of its limits", acts, b.length * 1.5)
 
@@ -683,8 +683,8 @@ def _disturbance_load(b: Bench) -> float:
     """The load that takes a part of what the output can do."""
     low, high = b.limits
     size = min(DISTURBANCE_SHARE * (high - low) * abs(b.gain), LARGE_STEP * b.span)
-    down = b.middle + DISTURBANCE_SHARE * (high - low) > high  # without an integral the output may rest at a limit
-    return b.load_for(b.start, b.middle) - (-b.sign if down else b.sign) * size
+    down = b.rest_out + DISTURBANCE_SHARE * (high - low) > high  # without an integral the output may rest at a limit
+    return b.load_for(b.rest_pv, b.rest_out) - (-b.sign if down else b.sign) * size
 
 
 def _setpoint_limit_stage(b: Bench) -> Stage:
@@ -696,5 +696,5 @@ def _setpoint_limit_stage(b: Bench) -> Stage:
 
 
 def _sensor_stage(b: Bench) -> Stage:
-    acts = (Act(0.0, lost=True), Act(5 * b.sample, lost=False))
+    acts = (Act(0.0, sensor_lost=True), Act(5 * b.sample, sensor_lost=False))
     return replace(settled_stage(b, "sensor", "the sensor lost and back", acts, b.length), loses_sensor=True)

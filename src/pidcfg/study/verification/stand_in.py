@@ -33,9 +33,9 @@ from pidcfg.encoders.contract import encoder_of
 from pidcfg.schemas.generic import GenericFile, Loop
 from pidcfg.sim.controllers.generic import equation as bits
 from pidcfg.sim.controllers.generic import scan as generic
-from pidcfg.sim.controllers.generic.equation import AUTO, BUMPLESS, CASCADE, FRESH, MANUAL, MODES, REQUEST, SP_SET
+from pidcfg.sim.controllers.generic.equation import AUTO, BUMPLESS, CASCADE, MANUAL, MODES, NO_PAST, REQUEST, SP_SET
 from pidcfg.sim.controllers.generic.scan import Generic, filter_share
-from pidcfg.sim.controllers.kernels import clamp, nearest
+from pidcfg.sim.controllers.kernels import clamp, round_half_even
 from pidcfg.sim.controllers.plc import TICKS, CountsPlc
 from pidcfg.sim.costs import COSTS
 from pidcfg.study.verification.trial import Side, new_plc, root_step
@@ -83,7 +83,7 @@ class Rules:
     """The same of a set point, which a root makes coarser."""
     output_count: float = 0.0
     """The same of the output, in the unit of the output's signal."""
-    least_count: float = 0.0
+    lowest_count: float = 0.0
     """The count at the low end of the PV's range: ties go to even counts."""
     filter_cycle: int = 0
     """Ticks between two calculations of the PV's filter; 0: it is worked out with the samples."""
@@ -118,9 +118,9 @@ class State(bits.State):
 
     counts: float = 0.0
     """The PV in counts, filtered, before its root."""
-    filtered: float = 0.0
+    filtered_pv: float = 0.0
     """The PV of a filter that is worked out in cycles of its own."""
-    unlimited: float = 0.0
+    unlimited_output: float = 0.0
     """The output within its range, before its limits."""
     error_sign: float = 0.0
     has_crossed: int = 0
@@ -139,7 +139,7 @@ TIE_DIGITS = 9
 
 def whole_count(counts: float) -> float:
     """The nearest count; of a half the even one, as the PLC's product has it."""
-    return nearest(round(counts, TIE_DIGITS))
+    return round_half_even(round(counts, TIE_DIGITS))
 
 
 def round_to_count(value: float, low: float, count: float) -> float:
@@ -150,13 +150,13 @@ def round_to_count(value: float, low: float, count: float) -> float:
 def measure_pv(config: Config, state: State, raw: float) -> None:
     """The PV, its root and its filter; a PLC that counts filters the counts, before the root."""
     rules = config.rules
-    first = state.pending & FRESH
+    first = state.pending & NO_PAST
     if rules.pv_count:
-        zero = config.pv_low - rules.least_count * rules.pv_count
-        last = rules.least_count + config.pv_span / rules.pv_count
-        counts = whole_count(clamp((raw - zero) / rules.pv_count, rules.least_count, last))
+        zero = config.pv_low - rules.lowest_count * rules.pv_count
+        last = rules.lowest_count + config.pv_span / rules.pv_count
+        counts = whole_count(clamp((raw - zero) / rules.pv_count, rules.lowest_count, last))
         if state.pv_share < 1.0 and not first:
-            counts = nearest(state.counts + state.pv_share * (counts - state.counts))
+            counts = round_half_even(state.counts + state.pv_share * (counts - state.counts))
         state.counts = counts
         raw = zero + counts * rules.pv_count
     pv = raw
@@ -164,20 +164,20 @@ def measure_pv(config: Config, state: State, raw: float) -> None:
         pv = config.pv_low + config.pv_span * sqrt(max((raw - config.pv_low) / config.pv_span, 0.0))
     state.previous_pv = pv if first else state.pv
     if rules.filter_cycle:
-        pv = state.filtered
+        pv = state.filtered_pv
     elif state.pv_share < 1.0 and not first and not rules.pv_count:
         pv = state.pv + (pv - state.pv) * state.pv_share
     state.pv = pv
 
 
-def in_dead_band(config: Config, state: State, error: float) -> bool:
+def check_dead_band(config: Config, state: State, error: float) -> bool:
     """Whether the rule of the dead band holds."""
     band, rule = config.deadband, config.rules.operation.deadband
     edge = EDGE_SHARE * config.rules.pv_count
-    inside = band > 0.0 and abs(error) < band + (edge if config.rules.operation.has_edge else -edge)
+    is_inside = band > 0.0 and abs(error) < band + (edge if config.rules.operation.has_edge else -edge)
     if rule is not Deadband.CROSSED:
-        return inside
-    if not inside:
+        return is_inside
+    if not is_inside:
         state.has_crossed = 0
     elif state.error_sign * error < 0.0:
         state.has_crossed = 1
@@ -186,19 +186,19 @@ def in_dead_band(config: Config, state: State, error: float) -> bool:
     return bool(state.has_crossed)
 
 
-def calculate_derivative(config: Config, state: State, *, inside: bool) -> float:
+def calculate_derivative(config: Config, state: State, *, in_dead_band: bool) -> float:
     """D after its filter."""
     operation = config.rules.operation
     if config.derivative_on_error:
         change = state.error - state.previous_error
     else:
         change = state.previous_pv - state.pv if config.output_raises_pv else state.pv - state.previous_pv
-        if inside and operation.deadband is Deadband.CROSSED:
+        if in_dead_band and operation.deadband is Deadband.CROSSED:
             change = 0.0
     if state.pending & FRESH_DERIVATIVE:
         change, state.filtered_difference = 0.0, 0.0
         state.pending &= ~FRESH_DERIVATIVE
-    if inside and operation.deadband is Deadband.ONLY_BIAS:
+    if in_dead_band and operation.deadband is Deadband.ONLY_BIAS:
         state.filtered_difference = 0.0
         return 0.0
     state.filtered_difference += (change - state.filtered_difference) * state.derivative_share
@@ -228,18 +228,18 @@ def holds_integral(config: Config, state: State, step: float) -> bool:
     rule, low = config.rules.operation.windup, config.out_low
     high = low + config.out_span
     if rule is Windup.FROZEN:
-        return state.out >= config.high or state.out <= config.low
+        return state.out >= config.limit_high or state.out <= config.limit_low
     if rule is Windup.FROZEN_AT_ENDS:
         return (step > 0.0 and state.out >= high) or (step < 0.0 and state.out <= low)
     if rule is Windup.CONDITIONAL_AT_ENDS:
-        return (step > 0.0 and state.unlimited >= high) or (step < 0.0 and state.unlimited <= low)
+        return (step > 0.0 and state.unlimited_output >= high) or (step < 0.0 and state.unlimited_output <= low)
     return False
 
 
 def bound_integral(config: Config, state: State) -> None:
     """The integral within the limits or the range, where the rule has it so."""
     if config.rules.operation.windup in WINDUP_AT_LIMITS:
-        state.integral = clamp(state.integral, config.low, config.high)
+        state.integral = clamp(state.integral, config.limit_low, config.limit_high)
     elif config.rules.operation.windup in WINDUP_AT_ENDS:
         state.integral = clamp(state.integral, config.out_low, config.out_low + config.out_span)
 
@@ -258,42 +258,45 @@ def calculate_output(config: Config, state: State, proportional_term: float, der
         and (config.rules.operation.without_integral is WithoutIntegral.CONSTANT)
     ):
         state.integral = state.bias
-    before = state.integral
+    previous_integral = state.integral
     if not holds_integral(config, state, step):
         state.integral += step
     bound_integral(config, state)
     output = proportional_term + state.integral + derivative_term
     send_output(config, state, output)
-    if (windup is Windup.HELD_BEYOND and not config.low <= output <= config.high) or (
-        windup is Windup.CONDITIONAL and ((output > config.high and step > 0.0) or (output < config.low and step < 0.0))
+    if (windup is Windup.HELD_BEYOND and not config.limit_low <= output <= config.limit_high) or (
+        windup is Windup.CONDITIONAL
+        and ((output > config.limit_high and step > 0.0) or (output < config.limit_low and step < 0.0))
     ):
-        state.integral = before
+        state.integral = previous_integral
     elif windup in WINDUP_BY_OUTPUT and (state.ki > 0.0 or windup is Windup.NONE):
-        if not config.low <= output <= config.high:
-            state.integral = clamp(output, config.low, config.high) - proportional_term - derivative_term
+        if not config.limit_low <= output <= config.limit_high:
+            state.integral = clamp(output, config.limit_low, config.limit_high) - proportional_term - derivative_term
     elif windup is Windup.PARTIAL and (output - state.out) * step > 0.0:
-        room = state.out - (proportional_term + before + derivative_term)
-        state.integral = before + (clamp(room, 0.0, step) if step > 0.0 else clamp(room, step, 0.0))
+        room = state.out - (proportional_term + previous_integral + derivative_term)
+        state.integral = previous_integral + (clamp(room, 0.0, step) if step > 0.0 else clamp(room, step, 0.0))
 
 
 def send_output(config: Config, state: State, output: float) -> None:
     """The output as fast as it may, within its limits, in counts."""
     count = config.rules.output_count
-    state.unlimited = round_to_count(
+    state.unlimited_output = round_to_count(
         clamp(output, config.out_low, config.out_low + config.out_span), config.out_low, count
     )
     bits.move_output(config, state, output)
-    state.out = clamp(round_to_count(state.out, config.out_low, count), config.low, config.high)
+    state.out = clamp(round_to_count(state.out, config.out_low, count), config.limit_low, config.limit_high)
 
 
-def send_by_hand(config: Config, state: State) -> None:
+def send_manual_output(config: Config, state: State) -> None:
     """The operator's output, which some PLCs limit."""
     if config.rules.operation.moves_by_hand:
-        send_output(config, state, state.manual)
+        send_output(config, state, state.manual_output)
     elif config.rules.operation.hand is Hand.LIMITED:
-        state.out = state.unlimited = clamp(state.manual, config.low, config.high)
+        state.out = state.unlimited_output = clamp(state.manual_output, config.limit_low, config.limit_high)
     else:
-        state.out = state.unlimited = round_to_count(state.manual, config.out_low, config.rules.output_count)
+        state.out = state.unlimited_output = round_to_count(
+            state.manual_output, config.out_low, config.rules.output_count
+        )
 
 
 # --- Modes: how a loop begins, and what becomes of set point, output and integral when it is switched -----------------
@@ -323,7 +326,7 @@ def switch_mode(config: Config, state: State) -> None:
         return
     if mode == MANUAL and not state.status & MANUAL:
         if not state.pending & bits.MANUAL_SET and operation.manual is Manual.STAYS:
-            state.manual = state.out
+            state.manual_output = state.out
     elif state.status & MANUAL and mode != MANUAL:
         state.pending |= BUMPLESS | (FRESH_DERIVATIVE if operation.rate is Rate.ANEW else 0)
         if config.sp_follows_pv and not (state.pending & SP_SET or operation.keeps_following):
@@ -358,29 +361,29 @@ def approach_goal(state: State) -> None:
         state.pending |= REQUEST
 
 
-def held_setpoint(config: Config, state: State) -> float:
+def rounded_setpoint(config: Config, state: State) -> float:
     """The set point in the counts of the PV, or of its root."""
     rules = config.rules
-    zero = 0.0 if config.square_root else rules.least_count * rules.pv_count
+    zero = 0.0 if config.square_root else rules.lowest_count * rules.pv_count
     return round_to_count(state.sp, config.pv_low - zero, rules.setpoint_count)
 
 
 def measure_error(config: Config, state: State) -> bool:
     """The error as it counts, and whether the rule of the dead band holds."""
     operation = config.rules.operation
-    sp = held_setpoint(config, state)
+    sp = rounded_setpoint(config, state)
     error = sp - state.pv if config.output_raises_pv else state.pv - sp
-    inside = in_dead_band(config, state, error)
-    if inside and operation.deadband in {Deadband.AS_ZERO, Deadband.CROSSED}:
+    in_dead_band = check_dead_band(config, state, error)
+    if in_dead_band and operation.deadband in {Deadband.AS_ZERO, Deadband.CROSSED}:
         error = 0.0
     if operation.squared:
         error *= abs(error) / config.pv_span
-    state.previous_error = error if state.pending & FRESH else state.error
+    state.previous_error = error if state.pending & NO_PAST else state.error
     state.error = error
-    return inside
+    return in_dead_band
 
 
-def control_inside(config: Config, state: State, proportional_term: float, derivative_term: float) -> None:
+def control_in_dead_band(config: Config, state: State, proportional_term: float, derivative_term: float) -> None:
     """The output inside a dead band that does more than to take the error away."""
     if config.rules.operation.deadband is Deadband.HELD:
         state.integral = state.out - proportional_term - derivative_term
@@ -404,25 +407,25 @@ def sample(i: int, configs: list[Config], states: list[State], signals: list[flo
         switch_mode(config, state)
         if goes_to_cascade and operation.leads_master and config.master >= 0:
             master = states[config.master]
-            master.out = master.manual = state.pv
+            master.out = master.manual_output = state.pv
     choose_setpoint(i, configs, states)
-    inside = measure_error(config, state)
+    in_dead_band = measure_error(config, state)
     proportional_term = state.kp * state.error if config.proportional_on else 0.0
-    derivative_term = calculate_derivative(config, state, inside=inside)
-    state.pending &= ~FRESH
+    derivative_term = calculate_derivative(config, state, in_dead_band=in_dead_band)
+    state.pending &= ~NO_PAST
     if state.status & MANUAL:
-        send_by_hand(config, state)
+        send_manual_output(config, state)
         state.integral = state.out - proportional_term - derivative_term
     elif operation.master is Master.FOLLOWS and generic.tracks_slave(i, configs, states):
-        state.out = clamp(states[config.first_slave].sp, config.low, config.high)
+        state.out = clamp(states[config.first_slave].sp, config.limit_low, config.limit_high)
         state.pending |= BUMPLESS
-    elif inside and operation.deadband in {Deadband.HELD, Deadband.ONLY_BIAS}:
-        control_inside(config, state, proportional_term, derivative_term)
+    elif in_dead_band and operation.deadband in {Deadband.HELD, Deadband.ONLY_BIAS}:
+        control_in_dead_band(config, state, proportional_term, derivative_term)
     else:
         calculate_output(config, state, proportional_term, derivative_term)
     bits.renew_alarms(config, state)
     signals[config.pv_slot] = state.pv
-    signals[config.sp_slot] = held_setpoint(config, state)
+    signals[config.sp_slot] = rounded_setpoint(config, state)
     signals[config.out_slot] = state.out
     signals[config.bias_slot] = state.integral
     if state.status & MANUAL and config.sp_follows_pv and operation.keeps_following:
@@ -432,9 +435,9 @@ def sample(i: int, configs: list[Config], states: list[State], signals: list[flo
 def filter_pv(tick: int, config: Config, state: State, raw: float) -> None:
     """One cycle of a filter that runs faster than its loop."""
     if tick == 0:
-        state.filtered = raw
+        state.filtered_pv = raw
     elif tick % config.rules.filter_cycle == 0:
-        state.filtered += (raw - state.filtered) * state.pv_share
+        state.filtered_pv += (raw - state.filtered_pv) * state.pv_share
 
 
 def scan(tick: int, configs: list[Config], states: list[State], _aux: list[float], signals: list[float]) -> None:
@@ -482,18 +485,18 @@ class StandInPlc(Generic):
             state.goal, state.goal_sp = state.status & MODES, state.sp
             state.status = (state.status & ~MODES) | MANUAL
             state.wanted_mode = MANUAL
-            self._begin_by_hand(loop)
+            self._begin_manual(loop)
         elif state.status & MANUAL:
-            self._begin_by_hand(loop)
+            self._begin_manual(loop)
 
-    def _begin_by_hand(self, loop: int) -> None:
+    def _begin_manual(self, loop: int) -> None:
         """The output that a loop begins with in Manual."""
         config, state, configured = self.configs[loop], self.states[loop], self._contents[loop].get("output.manual")
         operation = config.rules.operation
         limited = operation.hand is Hand.LIMITED
         first = float((0.0 if operation.zero is Zero.OF_UNIT else config.out_low) if configured is None else configured)
-        state.out = state.manual = clamp(first, config.low, config.high) if limited else first
-        self._show(loop, self.signal_values)
+        state.out = state.manual_output = clamp(first, config.limit_low, config.limit_high) if limited else first
+        self._show_signals(loop, self.signal_values)
 
     def request(self, loop: int, mode: str) -> None:
         """A mode for the next sample, in the place of the one that the configuration gives."""
@@ -544,7 +547,7 @@ class StandIn(Side):
 
     rules: Sequence[Rules] = ()
 
-    def load(self, *, by_hand: bool) -> StandInPlc:  # noqa: ARG002 - nobody else switches it
+    def load(self, *, operator_only: bool) -> StandInPlc:  # noqa: ARG002 - nobody else switches it
         """The loops, which nobody but the operator switches."""
         return StandInPlc(self.image, self.rules)
 

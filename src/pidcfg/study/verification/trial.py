@@ -13,7 +13,7 @@ from pydantic_core import PydanticCustomError
 from pidcfg.conversion.operation import source_of
 from pidcfg.conversion.pipeline import generic_file
 from pidcfg.sim.controllers.kernels import NEVER
-from pidcfg.sim.controllers.plc import COUNTS, TICKS, CountsPlc
+from pidcfg.sim.controllers.plc import COUNTS_PER_RANGE, TICKS, CountsPlc
 from pidcfg.sim.engine.recording import Recording
 from pidcfg.text.frozen import frozen
 from pidcfg.text.references import Decision
@@ -166,7 +166,7 @@ def names_of(
 
 def _pv_inlet(plc: Plc, i: int) -> str:
     name = plc.loops[i]
-    return plc.inlets.get(name, f"{name}.PV")
+    return plc.pv_inputs.get(name, f"{name}.PV")
 
 
 def _companion_events(
@@ -250,16 +250,16 @@ def _act_events(act: Act, names: SideNames, zero: float) -> Iterator[dict[str, A
         yield event | {"loop": names.loop, "set": {"setpoint": names.setpoint_at(act.setpoint)}}
     if act.output is not None:
         yield event | {"loop": names.loop, "set": {"output": names.output_at(act.output)}}
-    if act.master is not None and names.master is not None:
+    if act.master_output is not None and names.master is not None:
         name, (low, high) = names.master
-        yield event | {"loop": name, "set": {"output": low + act.master * (high - low)}}
+        yield event | {"loop": name, "set": {"output": low + act.master_output * (high - low)}}
     after = {"at": round(act.at + names.step, 6)}
     if act.load is not None:
         yield after | {"plant": PLANT_NAME, "disturb": {"load": act.load - zero}}
-    if act.moved is not None:
-        yield after | {"set": {OFFSET_SIGNAL: act.moved}}
-    if act.lost is not None:
-        yield after | {"set": {LOST_SIGNAL: int(act.lost)}}
+    if act.pv_offset is not None:
+        yield after | {"set": {OFFSET_SIGNAL: act.pv_offset}}
+    if act.sensor_lost is not None:
+        yield after | {"set": {LOST_SIGNAL: int(act.sensor_lost)}}
 
 
 # --- One side through one stage: its signals, modes and alarms at every sample of the slower side ---------------------
@@ -273,7 +273,7 @@ D580 = Decision(
     "A wire to one of them is the operator's switch or his panel; with it in force the battery cannot operate the "
     "loop, and a conversion with its action reversed was called alike in the two stages that were left.",
 )
-TWELVE_BITS = 4095
+TWELVE_BIT_COUNTS = 4095
 """Counts of an analog module where the PLC calculates with finer numbers."""
 ALARM_NAMES = {"deviation_yellow": "deviation_high", "deviation_red": "deviation_high_high"}
 """Alarms that go by another name."""
@@ -300,15 +300,15 @@ class Side:
         """What the runner calls."""
         return self.vendor.module("controller")
 
-    def load(self, *, by_hand: bool) -> Plc:
-        """The PLC; ``by_hand``: with nothing but its operator."""
-        plc: Plc = self.controller.load(self._operated_image if by_hand else self.image)
+    def load(self, *, operator_only: bool) -> Plc:
+        """The PLC; ``operator_only``: with nothing but its operator."""
+        plc: Plc = self.controller.load(self._operated_image if operator_only else self.image)
         return plc
 
     @cached_property
     def _operated_image(self) -> Any:
         """The image with the operator's inputs in his own hand, whatever the program wires to them."""
-        return self.controller.load(self.image).operated(self.image)
+        return self.controller.load(self.image).unwire_operator_inputs(self.image)
 
 
 @frozen
@@ -329,7 +329,7 @@ class Trial:
 
 
 @dataclass(slots=True)
-class EverySample(Recording):
+class SampleRecording(Recording):
     """A recording that keeps the signals at every base step."""
 
     columns: dict[str, array[float]] = field(default_factory=dict)
@@ -353,11 +353,11 @@ class EverySample(Recording):
         """The run is over."""
 
 
-def new_plc(side: Side, active: Collection[int], *, by_hand: bool = False) -> Plc:
-    """The PLC of a side in which only some of the loops are calculated; ``by_hand``: with nothing but its operator."""
-    plc = side.load(by_hand=by_hand)
+def new_plc(side: Side, active_loops: Collection[int], *, operator_only: bool = False) -> Plc:
+    """The PLC of a side in which only some loops are calculated; ``operator_only``: with nothing but its operator."""
+    plc = side.load(operator_only=operator_only)
     for i in range(len(plc.loops)):
-        if i not in active:
+        if i not in active_loops:
             plc.configs[i].halt = 1
             plc.states[i].due = NEVER
     return plc
@@ -368,8 +368,8 @@ def finest_counts(plc: Plc, i: int) -> tuple[float, float]:
     low, high, counts = plc.scales[i]
     if getattr(plc.configs[i], "is_integer", 0):
         least, most = plc.output_limits(i, plc.signal_values)
-        return 1.0, 1 / (most - least) if most > least else 1 / COUNTS
-    output = getattr(plc.configs[i], "out_span", TWELVE_BITS) if isinstance(plc, CountsPlc) else COUNTS
+        return 1.0, 1 / (most - least) if most > least else 1 / COUNTS_PER_RANGE
+    output = getattr(plc.configs[i], "out_span", TWELVE_BIT_COUNTS) if isinstance(plc, CountsPlc) else COUNTS_PER_RANGE
     return abs(high - low) / counts, 1 / output
 
 
@@ -384,7 +384,7 @@ def analog_counts(plc: Plc, i: int) -> tuple[float, float]:
     """The same, of an analog module of 12 bits at least."""
     low, high, _ = plc.scales[i]
     pv, output = finest_counts(plc, i)
-    return max(pv, abs(high - low) / TWELVE_BITS), max(output, 1 / TWELVE_BITS)
+    return max(pv, abs(high - low) / TWELVE_BIT_COUNTS), max(output, 1 / TWELVE_BIT_COUNTS)
 
 
 def run_stage(side: Side, i: int, stage: Stage, bench: Bench, *, before_root: bool, limit: int | None = None) -> Trial:
@@ -393,22 +393,22 @@ def run_stage(side: Side, i: int, stage: Stage, bench: Bench, *, before_root: bo
     from pidcfg.sim.engine.run import Settings, simulate
 
     others = companion_loops(side.loops, i, with_master=stage.with_master)
-    by_hand = stage.output is not None
-    plc = new_plc(side, (i, *others), by_hand=by_hand)
+    operator_only = stage.output is not None
+    plc = new_plc(side, (i, *others), operator_only=operator_only)
     name, c = plc.loops[i], plc.configs[i]
     low, width = bench.low, bench.span
     pv_text = f"(Plant * (1 - lost) + ({low!r}) * lost)" if stage.loses_sensor else "Plant"
     pv_text = "(Plant + moved)" if stage.is_swept else pv_text
     measured = f"({low!r}) + ({pv_text} - ({low!r})) * ({pv_text} - ({low!r})) / {width!r}" if before_root else pv_text
-    names = names_of(plc, side.loops, i, measured, others, as_configured=not by_hand)
+    names = names_of(plc, side.loops, i, measured, others, as_configured=not operator_only)
     scenario = Scenario.model_validate(scenario_data(stage, bench, names))
     signals = [plc.signals[slot] for slot in (c.pv_slot, c.sp_slot, c.out_slot)]
-    recording = EverySample(frozenset(signals))
+    recording = SampleRecording(frozenset(signals))
     settings = Settings("python", recording=recording, max_loop_steps=limit, with_verdicts=False)
     unused = [plc]
 
     def next_plc() -> Plc:
-        return unused.pop() if unused else new_plc(side, (i, *others), by_hand=by_hand)
+        return unused.pop() if unused else new_plc(side, (i, *others), operator_only=operator_only)
 
     report = simulate(scenario, next_plc, side.controller, settings)
     count = int(stage.end / bench.sample + 1e-9) + 1
@@ -479,10 +479,10 @@ def smaller_moves(stage: Stage, b: Bench, step: float) -> Stage:
     acts = tuple(
         replace(
             act,
-            setpoint=shrink(act.setpoint, b.start),
-            output=shrink(act.output, b.middle),
+            setpoint=shrink(act.setpoint, b.rest_pv),
+            output=shrink(act.output, b.rest_out),
             load=shrink(act.load, stage.load),
-            moved=shrink(act.moved, 0.0),
+            pv_offset=shrink(act.pv_offset, 0.0),
         )
         if act.at >= stage.begin
         else act

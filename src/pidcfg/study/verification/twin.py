@@ -48,12 +48,12 @@ if TYPE_CHECKING:
 MANUAL_OUTPUT = "output.manual"
 """Acts in a loop that starts in Manual, and in no other."""
 PROPORTIONAL = "tuning.proportional"
-SAID_SHARE = Decimal("1e-4")
+SAID_TOLERANCE = Decimal("1e-4")
 """Share by which a number may differ from the one that its line says."""
 LINE_TOLERANCE = Decimal(5)
 """How much more than a line's own error a value may be off, where the line says it in another unit; in errors, and in
 percent."""
-LEAST_ERROR = Decimal("0.1")
+MIN_ERROR = Decimal("0.1")
 PLC_DETAILS = (
     "has_edge",
     "leads_master",
@@ -103,44 +103,45 @@ def reported_loops(
     """The loops of a source for a conversion's result and its report; ``pairs``: the places of loops on both sides."""
     before, (after, fields) = neutral_of(config, vendor)[0], neutral_of(result, target)
     operations, other_rules = source_of(vendor).operations(config), source_of(target).operations(result)
-    twin = ReportedLoops(list(before), list(operations))
+    copy = ReportedLoops(list(before), list(operations))
     for i, j in pairs:
         loop, other = before[i], after[j]
         if loop is None or other is None:
             continue
         changes = report[i].changes
-        places = {entry.path: entry.neutral for entry in fields[j].fields}
-        reported = dict(_reported_fields(loop, other, changes, places))
+        neutral_by_key = {entry.path: entry.neutral for entry in fields[j].fields}
+        reported = dict(_reported_fields(loop, other, changes, neutral_by_key))
         begin_values = {} if loop.mode != "manual" else {MANUAL_OUTPUT: first_output(operations[i], loop)}
-        twin.loops[i] = with_fields(loop, begin_values | {path: value for path, (value, _) in reported.items()})
-        twin.rules[i] = with_rules(operations[i], changes, other_rules[j], integral=bool(loop.tuning.integral_time))
+        copy.loops[i] = replace_fields(loop, begin_values | {path: value for path, (value, _) in reported.items()})
+        copy.rules[i] = replace_rules(operations[i], changes, other_rules[j], integral=bool(loop.tuning.integral_time))
         if reported.get(MANUAL_OUTPUT, (0, None))[0] is None:
-            twin.rules[i] = replace(twin.rules[i], zero=other_rules[j].zero)  # it begins as the target does without
-        twin.lines[i] = [ReportLine(path, row) for path, (_, row) in reported.items()]
-        twin.lines[i] += [ReportLine(row.field, row) for row in changes if row.field.startswith(PREFIX)]
-        twin.lines[i] += [ReportLine("", row) for row in changes if _is_beyond_neutral(row)]
-    return twin
+            copy.rules[i] = replace(copy.rules[i], zero=other_rules[j].zero)  # it begins as the target does without
+        copy.lines[i] = [ReportLine(path, row) for path, (_, row) in reported.items()]
+        copy.lines[i] += [ReportLine(row.field, row) for row in changes if row.field.startswith(PREFIX)]
+        copy.lines[i] += [ReportLine("", row) for row in changes if _is_beyond_neutral(row)]
+    return copy
 
 
 def _reported_fields(
-    loop: Loop, other: Loop, changes: Sequence[Change], places: Mapping[str, Sequence[str]]
+    loop: Loop, other: Loop, changes: Sequence[Change], neutral_by_key: Mapping[str, Sequence[str]]
 ) -> Iterator[tuple[str, tuple[Any, Change]]]:
     """The neutral fields in which the target differs as a line says: its value, and the line.
 
-    ``places``: the neutral fields of the target's keys. A line may say an output in the target's own unit where that is
-    per cent, which no file need say; any other scale is one that a file says, and must have the source's ends.
+    ``neutral_by_key``: the neutral fields of the target's keys. A line may say an output in the target's own unit
+    where that is per cent, which no file need say; any other scale is one that a file says, and must have the
+    source's ends.
     """
     one, two = neutral_values(loop, other)
     own = flatten(other) if other.output.range == PERCENT else two
     for path in differing_fields(one, two):
         if path == ACTION or path in LABELS:
             continue
-        rows = [row for row in changes if row.kind != "exact" and _is_about(row, path, places)]
+        rows = [row for row in changes if row.kind != "exact" and _is_about(row, path, neutral_by_key)]
         section = "pv" if path.startswith("setpoint") else "output"
-        whole = "limits" in path and two.get(path) in {one.get(f"{section}.range.0"), one.get(f"{section}.range.1")}
+        is_end = "limits" in path and two.get(path) in {one.get(f"{section}.range.0"), one.get(f"{section}.range.1")}
         width = _range_width(path, one)
         row = next(
-            (row for row in rows if whole or _is_said(path, one.get(path), two.get(path), own.get(path), row, width)),
+            (row for row in rows if is_end or _is_said(path, one.get(path), two.get(path), own.get(path), row, width)),
             None,
         )
         if row is not None:
@@ -156,11 +157,11 @@ def _acts_alike(one: Mapping[str, Any], two: Mapping[str, Any]) -> bool:
         (gain * two[INTEGRAL_TIME], other * one[INTEGRAL_TIME]),
         (gain * one[DERIVATIVE_TIME], other * two[DERIVATIVE_TIME]),
     )
-    return abs(other) < abs(gain) and all(abs(a - b) <= SAID_SHARE * max(abs(a), abs(b)) for a, b in pairs)
+    return abs(other) < abs(gain) and all(abs(a - b) <= SAID_TOLERANCE * max(abs(a), abs(b)) for a, b in pairs)
 
 
-def _is_about(row: Change, path: str, places: Mapping[str, Sequence[str]]) -> bool:
-    names = (*row.neutral, *places.get(row.target_field, ()))
+def _is_about(row: Change, path: str, neutral_by_key: Mapping[str, Sequence[str]]) -> bool:
+    names = (*row.neutral, *neutral_by_key.get(row.target_field, ()))
     return not row.field.startswith(PREFIX) and any(do_overlap(path, name) for name in names)
 
 
@@ -172,10 +173,10 @@ def _is_said(path: str, before: Any, after: Any, own: Any, row: Change, width: D
     """
     one, two = number_of(before), number_of(after)
     if row.terms is not None and row.terms.field == path:
-        return two is not None and abs(two - row.terms.held) <= SAID_SHARE * max(abs(two), abs(row.terms.held))
+        return two is not None and abs(two - row.terms.held) <= SAID_TOLERANCE * max(abs(two), abs(row.terms.held))
     is_said = _is_target(two, row) or (row.kind != "rounded" and _is_target(number_of(own), row))
     if not isinstance(after, bool | str) and two is not None and one is not None:
-        most = (LINE_TOLERANCE * Decimal(row.error_percent) + LEAST_ERROR) / 100
+        most = (LINE_TOLERANCE * Decimal(row.error_percent) + MIN_ERROR) / 100
         is_near = abs(two - one) <= most * max(abs(one), abs(two), width)
         is_dropped = row.kind == "dropped" and (path.startswith(ALARMS) or _is_as_not_given(path, after))
         return is_near or is_said or is_dropped
@@ -194,7 +195,7 @@ def _range_width(path: str, values: Mapping[str, Any]) -> Decimal:
 def _is_target(value: Decimal | None, row: Change) -> bool:
     """Whether a line says this number for the target."""
     held = number_of(row.target)
-    return held is not None and value is not None and abs(held - value) <= SAID_SHARE * max(abs(held), abs(value))
+    return held is not None and value is not None and abs(held - value) <= SAID_TOLERANCE * max(abs(held), abs(value))
 
 
 def _is_as_not_given(path: str, value: Any) -> bool:
@@ -202,22 +203,22 @@ def _is_as_not_given(path: str, value: Any) -> bool:
     return not value if path == FOLLOWS_PV else bool(value == default_of(Loop, path))
 
 
-def with_fields(loop: Loop, values: Mapping[str, Any]) -> Loop:
+def replace_fields(loop: Loop, values: Mapping[str, Any]) -> Loop:
     """A neutral loop with other values; None takes a value away."""
     if not values:
         return loop
     data = loop.model_dump(exclude_none=True)
     for path, value in values.items():
-        *above, last = path.split(".")
+        *parents, last = path.split(".")
         if last in ENDS:
-            section, pair = above
+            section, pair = parents
             section_data = data[section]
             ends = list(section_data.get(pair) or section_data.get("range") or data["pv"]["range"])
             ends[int(last)] = value
             section_data[pair] = tuple(ends)
             continue
         parent = data
-        for key in above:
+        for key in parents:
             parent = parent.setdefault(key, {})
         if value is None:
             parent.pop(last, None)
@@ -228,7 +229,7 @@ def with_fields(loop: Loop, values: Mapping[str, Any]) -> Loop:
     return Loop.model_validate(data)
 
 
-def with_rules(operation: Operation, changes: Sequence[Change], target: Operation, *, integral: bool) -> Operation:
+def replace_rules(operation: Operation, changes: Sequence[Change], target: Operation, *, integral: bool) -> Operation:
     """The rules of a loop with those that the lines of a report name; ``target``: what they are of."""
     answers: dict[str, Any] = {name: getattr(target, name) for name in PLC_DETAILS}
     answers["squared"] = operation.squared and target.squared
@@ -266,37 +267,37 @@ def _is_beyond_neutral(row: Change) -> bool:
     return row.kind == "dropped" and row.loss and not row.neutral and not row.field.startswith(PREFIX)
 
 
-def without_losses(config: Any, vendor: Vendor, report: Sequence[LoopReport]) -> Any:
+def drop_losses(config: Any, vendor: Vendor, report: Sequence[LoopReport]) -> Any:
     """A configuration in which every key that is lost, and that is part of no neutral field, is as if not given."""
     for i, loop in enumerate(report):
         for row in loop.changes:
             if _is_beyond_neutral(row):
-                config = _without_key(config, vendor, i, row.field)
+                config = _drop_key(config, vendor, i, row.field)
     return config
 
 
-def _without_key(config: Any, vendor: Vendor, i: int, key: str) -> Any:
+def _drop_key(config: Any, vendor: Vendor, i: int, key: str) -> Any:
     """The same without a key of a loop; as it is where it cannot be without."""
-    path = _place_of_key(config, i, key)
+    path = _key_path(config, i, key)
     if path is None:
         return config
     entry = value_at(config, path)
     try:
         if isinstance(path[-1], int) and CONDITION in getattr(type(entry), "model_fields", {}):
-            changed = with_value_at(config, (*path, CONDITION), value=False)  # a copy that is never made
+            changed = replace_value(config, (*path, CONDITION), value=False)  # a copy that is never made
         else:
             owner = value_at(config, path[:-1])
             row = type(owner).model_fields[str(path[-1])]
             if row.is_required():
                 return config
-            changed = with_value_at(config, path, value=row.get_default(call_default_factory=True))
+            changed = replace_value(config, path, value=row.get_default(call_default_factory=True))
         encoder_of(vendor).encode(changed)
         return config if loops_of(changed, vendor)[i] is None else changed
     except (AttributeError, *UNFIT_ERRORS):
         return config
 
 
-def _place_of_key(config: Any, i: int, key: str) -> Path | None:
+def _key_path(config: Any, i: int, key: str) -> Path | None:
     """Where a key of a loop stands in the file: below the loop, else in the file itself; None: nowhere."""
     path = parse_path(key)
     if str(path[0]) in type(config.loops[i]).model_fields:
@@ -307,15 +308,15 @@ def _place_of_key(config: Any, i: int, key: str) -> Path | None:
     return path if str(path[0]) in type(config).model_fields else None
 
 
-def with_value_at(model: Any, path: Path, *, value: Any) -> Any:
+def replace_value(model: Any, path: Path, *, value: Any) -> Any:
     """A model with another value at a path."""
     if not path:
         return value
     step, below = path[0], path[1:]
     if isinstance(model, BaseModel):
-        return model.model_copy(update={str(step): with_value_at(getattr(model, str(step)), below, value=value)})
+        return model.model_copy(update={str(step): replace_value(getattr(model, str(step)), below, value=value)})
     items = list(model)
-    items[int(step)] = with_value_at(items[int(step)], below, value=value)
+    items[int(step)] = replace_value(items[int(step)], below, value=value)
     return tuple(items) if type(model) is tuple else type(model)(*items)
 
 

@@ -22,11 +22,11 @@ from pidcfg.sim.engine.run import UnusableError
 from pidcfg.study.verification.comparison import (
     ACTION,
     COUNT_TOLERANCE,
-    EITHER_SAMPLE,
     LABELS,
     LIMIT_DISTANCE,
     MEAN_SAMPLES,
     RESPONSE_TOLERANCE,
+    SAMPLE_SHIFTS,
     CountSizes,
     SignalDifference,
     Tolerance,
@@ -54,12 +54,12 @@ from pidcfg.study.verification.trial import (
 from pidcfg.study.verification.twin import (
     ALARMS,
     ReportLine,
+    drop_losses,
     field_of,
     is_material,
     key_of,
+    replace_fields,
     reported_loops,
-    with_fields,
-    without_losses,
 )
 from pidcfg.text.frozen import frozen
 from pidcfg.text.processes import WorkerPool
@@ -71,7 +71,7 @@ STAND_IN_TOLERANCE = 0.003
 """Of the response of a stage, by which a PLC may differ from the loop that stands in for it."""
 CLOSED_TOLERANCE = 8.0
 """Counts by which both may be apart where each drives its own PV: one may round up what the other rounds down."""
-LAST_DIGITS = 2e-5
+ROUNDING_SHARE = 2e-5
 """Share of a range that single precision makes of a stage."""
 VISIBLE_COUNTS, VISIBLE_SHARE = 3.0, 1e-4
 """Of a PV, in counts and as a share of the largest one: what single precision tells well enough."""
@@ -80,7 +80,7 @@ SINGLE_PRECISION_SHARE = 1.2e-7
 CASCADE_STAGES = ("cascade", "manual", "set point limits")
 """What a loop of a cascade goes through besides the stages in which its PV goes its own way: in the others each PLC
 lets outer and inner loops act on each other in another way."""
-NUMBERS = "numbers"
+NUMBERS_STAGE = "numbers"
 """The stage of a difference that the files show."""
 RUN_SIGNAL = "run"
 """The signal of a difference that is none: one side cannot go through a stage."""
@@ -136,7 +136,7 @@ def make_reference(side: Side, i: int, other: Loop, step: float = 0.0, *, in_cas
     cascade = [i, *companion_loops(side.loops, i, with_master=True)]
     bench = bench_of(loop, other, float(max(side.loop(k).sample_time for k in cascade)))
     if step:
-        bench = replace(bench, start=nearest_step(bench.start, bench.low, step, bench.high))
+        bench = replace(bench, rest_pv=nearest_step(bench.rest_pv, bench.low, step, bench.high))
     count, _ = analog_counts(new_plc(side, (i,)), i)
     fine = side.rules[i].pv_count if isinstance(side, StandIn) else finest_counts(new_plc(side, (i,)), i)[0]
     bench = replace(bench, least_move=max(VISIBLE_COUNTS * fine, VISIBLE_SHARE * max(abs(bench.low), abs(bench.high))))
@@ -152,10 +152,10 @@ def tolerance_of(first: Side, i: int, second: Side, j: int, bench: Bench) -> Tol
     """How far a stand-in and the side that it stands for may lie apart (D306)."""
     loop = first.loop(i)
     pv, output = _larger_counts(finest_counts(new_plc(side, (k,)), k) for side, k in ((first, i), (second, j)))
-    pv, output = max(pv, bench.span * LAST_DIGITS), max(output, LAST_DIGITS)
+    pv, output = max(pv, bench.span * ROUNDING_SHARE), max(output, ROUNDING_SHARE)
     share = abs(float(loop.tuning.gain)) * bench.span / float(loop.output.range[1] - loop.output.range[0])
     kick = float(loop.tuning.derivative_time) / (bench.sample + float(loop.tuning.derivative_filter))
-    carried = output + pv / bench.span * share * (1 + kick)
+    closed_loop_output = output + pv / bench.span * share * (1 + kick)
     whole = any(getattr(new_plc(side, (k,)).configs[k], "is_integer", 0) for side, k in ((first, i), (second, j)))
     last = 1.0 if whole else SINGLE_PRECISION_SHARE * max(abs(bench.low), abs(bench.high))
     digits = last / bench.span * share * (1 + kick)
@@ -163,14 +163,14 @@ def tolerance_of(first: Side, i: int, second: Side, j: int, bench: Bench) -> Tol
     switching = share * band / bench.span
     return Tolerance(
         STAND_IN_TOLERANCE,
-        CountSizes(CLOSED_TOLERANCE * (pv + output * abs(bench.gain)), CLOSED_TOLERANCE * carried),
+        CountSizes(CLOSED_TOLERANCE * (pv + output * abs(bench.gain)), CLOSED_TOLERANCE * closed_loop_output),
         CountSizes(COUNT_TOLERANCE * pv, COUNT_TOLERANCE * (output + 2 * digits)),
         COUNT_TOLERANCE * pv,
         COUNT_TOLERANCE * output + 2 * LIMIT_DISTANCE,
         band,
         switching,
         switching * float(loop.tuning.derivative_time) / bench.sample,
-        by_hand=COUNT_TOLERANCE * output,
+        manual_output=COUNT_TOLERANCE * output,
     )
 
 
@@ -187,7 +187,7 @@ def tolerance_between(first: Side, i: int, second: Side, j: int, bench: Bench) -
     other = second.loop(j)
     smoothed = float(min(loop.tuning.derivative_filter, other.tuning.derivative_filter))
     kick = float(loop.tuning.derivative_time) / (bench.sample + smoothed)
-    alone = fine_output + fine_pv / bench.span * share * (1 / passed + kick)
+    open_loop_output = fine_output + fine_pv / bench.span * share * (1 / passed + kick)
     mean = fine_output + fine_pv / bench.span * share * (1 + 1 / passed + kick / MEAN_SAMPLES)
     pv = pv / passed + output * abs(bench.gain)
     band = float(max(loop.deadband, other.deadband))
@@ -195,14 +195,14 @@ def tolerance_between(first: Side, i: int, second: Side, j: int, bench: Bench) -
     return Tolerance(
         RESPONSE_TOLERANCE,
         CountSizes(COUNT_TOLERANCE * pv, COUNT_TOLERANCE * (output + pv / bench.span * share * (1 + kick))),
-        CountSizes(COUNT_TOLERANCE * fine_pv / passed, COUNT_TOLERANCE * alone),
+        CountSizes(COUNT_TOLERANCE * fine_pv / passed, COUNT_TOLERANCE * open_loop_output),
         setpoint,
         COUNT_TOLERANCE * output + 2 * LIMIT_DISTANCE,
         band,
         switching,
         switching * float(loop.tuning.derivative_time) / bench.sample,
         mean if kick else 0.0,
-        EITHER_SAMPLE,
+        SAMPLE_SHIFTS,
     )
 
 
@@ -220,14 +220,14 @@ class Battery:
     side: Side
     j: int
     tolerance: Tolerance
-    other: Reference | None = None
+    other_reference: Reference | None = None
     """Where the other side has trials already."""
     trials: dict[Stage, Trial] = field(default_factory=dict)
 
     def run_trial(self, stage: Stage) -> Trial:
         """The other side through a stage."""
-        if self.other is not None:
-            return self.other.run_trial(stage)
+        if self.other_reference is not None:
+            return self.other_reference.run_trial(stage)
         if stage not in self.trials:
             rooted = self.reference.before_root
             self.trials[stage] = run_stage(self.side, self.j, stage, self.reference.bench, before_root=rooted)
@@ -329,7 +329,7 @@ def overlay_chart(  # noqa: PLR0913, PLR0917 - two trends and their times, each 
     pvs: Sequence[Sequence[float]],
     outputs: Sequence[Sequence[float]],
     names: tuple[str, str],
-    happenings: tuple[float, float],
+    mark_times: tuple[float, float],
 ) -> Chart:
     """PV and output of both sides; outputs are in % of their ranges, since these may differ."""
     shares = [[100 * value for value in side] for side in outputs]
@@ -344,7 +344,7 @@ def overlay_chart(  # noqa: PLR0913, PLR0917 - two trends and their times, each 
             ),
             Panel("OUT", "%", _before_and_after("OUT", "output", times, shares)),
         ),
-        marks=(Mark("step of the set point", happenings[0]), Mark("disturbance", happenings[1])),
+        marks=(Mark("step of the set point", mark_times[0]), Mark("disturbance", mark_times[1])),
         sides=names,
     )
 
@@ -364,7 +364,7 @@ Configured = tuple["Vendor", Any]
 """A vendor and a configuration of it."""
 SHOWN_STAGES = ("step 5 %", "disturbance")
 """The stages that pictures and figures are of."""
-MANY_LOOPS = 3
+MIN_PARALLEL_LOOPS = 3
 """Loops that several processes judge sooner than one: each takes about as long as a process takes to start."""
 
 
@@ -375,11 +375,11 @@ class Sides:
     source: Side
     target: Side
     names: tuple[str, str]
-    reduced: Side | None = None
+    reduced_source: Side | None = None
     """Of a conversion: the source without what the report says is lost, and no neutral loop has."""
-    mirror: Side | None = None
-    """Of a conversion: the source's numbers under the source's rules, which must do what ``reduced`` does."""
-    twin: Side | None = None
+    source_model: Side | None = None
+    """Of a conversion: the source's numbers under the source's rules, which must do what ``reduced_source`` does."""
+    target_model: Side | None = None
     """Of a conversion: what the report makes of these numbers under the target's rules, which the target must do."""
     lines: Mapping[int, Sequence[ReportLine]] = field(default_factory=dict)
     """By place in the source."""
@@ -399,22 +399,22 @@ def verify(  # noqa: PLR0913
 
     ``report``: of the conversion, by the places of the source; without one both files are held against each other.
     ``names``: what charts call the sides. ``progress`` is called with the share that is done. ``jobs``: processes,
-    which are started for `MANY_LOOPS` loops.
+    which are started for `MIN_PARALLEL_LOOPS` loops.
     """
     inputs = (source, target, pairs, report, names)
     sides = _make_sides(*inputs)
-    comparable = [(i, j) for i, j in pairs if sides.source.loops[i] is not None and sides.target.loops[j] is not None]
-    several = jobs > 1 and len(comparable) >= MANY_LOOPS
-    loops = WorkerPool(jobs, _judge_of, inputs).results(comparable) if several else map(_judge_of(*inputs), comparable)
+    common = [(i, j) for i, j in pairs if sides.source.loops[i] is not None and sides.target.loops[j] is not None]
+    several = jobs > 1 and len(common) >= MIN_PARALLEL_LOOPS
+    loops = WorkerPool(jobs, _make_judge, inputs).results(common) if several else map(_make_judge(*inputs), common)
     results = []
     for done, verified in enumerate(loops, start=1):
         results.append(verified)
         if progress is not None:
-            progress(done / len(comparable))
+            progress(done / len(common))
     return results
 
 
-def _judge_of(
+def _make_judge(
     source: Configured,
     target: Configured,
     pairs: Sequence[tuple[int, int]],
@@ -423,8 +423,8 @@ def _judge_of(
 ) -> Callable[[tuple[int, int]], VerifiedLoop]:
     """What judges one pair of loops after the other."""
     sides = _make_sides(source, target, pairs, report, names)
-    exactly = not report and source[0] == target[0]
-    return lambda pair: _judge_loop(sides, *pair, exactly=exactly)
+    is_exact = not report and source[0] == target[0]
+    return lambda pair: _judge_loop(sides, *pair, is_exact=is_exact)
 
 
 def _make_sides(
@@ -440,56 +440,56 @@ def _make_sides(
         return Sides(make_side(source_vendor, before), second, names)
     reported = reported_loops(before, source_vendor, after, target_vendor, pairs, report)
     first = make_side(source_vendor, before)
-    reduced_config = without_losses(before, source_vendor, report)
+    reduced_config = drop_losses(before, source_vendor, report)
     reduced = first if reduced_config is before else make_side(source_vendor, reduced_config)
     source_rules, places = source_of(source_vendor).operations(reduced.config), dict(pairs)
-    mirror = [None if loop is None else Rules.of(reduced, i, source_rules[i]) for i, loop in enumerate(reduced.loops)]
-    twin = [
+    rules = [None if loop is None else Rules.of(reduced, i, source_rules[i]) for i, loop in enumerate(reduced.loops)]
+    target_rules = [
         None if loop is None else Rules.of(*((second, places[i]) if i in places else (first, i)), reported.rules[i])
         for i, loop in enumerate(reported.loops)
     ]
-    stand_ins = make_stand_in(reduced.loops, mirror), make_stand_in(reported.loops, twin)
+    stand_ins = make_stand_in(reduced.loops, rules), make_stand_in(reported.loops, target_rules)
     return Sides(first, second, names, reduced, *stand_ins, reported.lines)
 
 
-def _judge_loop(sides: Sides, i: int, j: int, *, exactly: bool) -> VerifiedLoop:
+def _judge_loop(sides: Sides, i: int, j: int, *, is_exact: bool) -> VerifiedLoop:
     """One loop's verdict."""
     other = sides.target.loop(j)
-    tested = sides.twin or sides.source
+    tested_side = sides.target_model or sides.source
     step = max(root_step(sides.source, i), root_step(sides.target, j))
     cascades = ((sides.source, i), (sides.target, j))
     in_cascade = any(companion_loops(side.loops, k, with_master=True) for side, k in cascades)
-    reference = make_reference(tested, i, other, step, in_cascade=in_cascade)
-    tolerance_for = tolerance_between if sides.twin is None else tolerance_of
-    tolerance = tolerance_for(tested, i, sides.target, j, reference.bench)
-    if exactly:
+    reference = make_reference(tested_side, i, other, step, in_cascade=in_cascade)
+    tolerance_for = tolerance_between if sides.target_model is None else tolerance_of
+    tolerance = tolerance_for(tested_side, i, sides.target, j, reference.bench)
+    if is_exact:
         pv, output = finest_counts(new_plc(sides.source, (i,)), i)
         tolerance = Tolerance(0.0, CountSizes(pv, output), CountSizes(pv, output), pv, output)
     battery, lines = Battery(reference, sides.target, j, tolerance), sides.lines.get(i, ())
     failures = [Failure(difference, battery.key_of(difference, lines)) for difference in battery.find_differences()]
-    original, named = reference, list[NamedDifference]()
-    if sides.mirror is not None and sides.reduced is not None:
+    original, named_differences = reference, list[NamedDifference]()
+    if sides.source_model is not None and sides.reduced_source is not None:
         original = replace(reference, side=sides.source, trials={})
-        named = list(_name_differences(original, battery, lines))
-        mirror = replace(reference, side=sides.mirror, trials={})
-        tolerance = tolerance_of(sides.mirror, i, sides.reduced, i, reference.bench)
-        trials = original if sides.reduced is sides.source else None
-        first = Battery(mirror, sides.reduced, i, tolerance, trials)
+        named_differences = list(_name_differences(original, battery, lines))
+        model_reference = replace(reference, side=sides.source_model, trials={})
+        tolerance = tolerance_of(sides.source_model, i, sides.reduced_source, i, reference.bench)
+        trials = original if sides.reduced_source is sides.source else None
+        first = Battery(model_reference, sides.reduced_source, i, tolerance, trials)
         failures += [Failure(difference, first.key_of(difference)) for difference in first.find_differences()]
-    result = _make_result(sides, i, reference, original, battery, failures, named)
-    if not isinstance(tested, StandIn):
+    result = _make_result(sides, i, reference, original, battery, failures, named_differences)
+    if not isinstance(tested_side, StandIn):
         return result
     switched = tuple(line.change for line in lines)
-    unsaid_failures = map(Failure, chain(unsaid_numbers(tested.loop(i), other), unsaid_rules(sides, i, j)))
+    unsaid_failures = map(Failure, chain(unsaid_numbers(tested_side.loop(i), other), unsaid_rules(sides, i, j)))
     result = replace(result, failures=(*result.failures, *unsaid_failures))
-    return replace(result, switched=switched, hidden=tuple(hidden_fields(reference, tested, i)))
+    return replace(result, switched=switched, hidden=tuple(hidden_fields(reference, tested_side, i)))
 
 
 def hidden_fields(reference: Reference, side: StandIn, i: int) -> Iterator[str]:
     """The numbers of a loop of which a small change goes unseen in every stage."""
     swept_first = replace(reference, stages=tuple(sorted(reference.stages, key=lambda stage: not stage.is_swept)))
     for path, value in spoiled_fields(side.loop(i)):
-        loop = with_fields(side.loop(i), {path: value})
+        loop = replace_fields(side.loop(i), {path: value})
         other = make_stand_in([loop if k == i else other_loop for k, other_loop in enumerate(side.loops)], side.rules)
         tolerance = tolerance_of(side, i, other, i, reference.bench)
         if next(Battery(swept_first, other, i, tolerance).find_differences(), None) is None:
@@ -523,7 +523,7 @@ def spoiled_fields(loop: Loop) -> Iterator[tuple[str, Decimal]]:
         yield "output.bias", loop.output.bias + SPOILED_POSITION * (high - low)
 
 
-SHOWN_AS_RULES = ("anti_windup", "mode", "setpoint.source", "output.manual", "output.bias")
+RULE_FIELDS = ("anti_windup", "mode", "setpoint.source", "output.manual", "output.bias")
 """Neutral fields that another PLC has in another form: rules, links and what a loop begins with, which stages show."""
 
 
@@ -534,27 +534,27 @@ def unsaid_numbers(loop: Loop, other: Loop) -> Iterator[SignalDifference]:
     a range that is not the transmitter's acts on the plant alone.
     """
     one, two = neutral_values(loop, other)
-    idle = {*LABELS, *SHOWN_AS_RULES, *_without_effect(loop, other)}
+    idle_fields = {*LABELS, *RULE_FIELDS, *_without_effect(loop, other)}
     for path in differing_fields(one, two):
         before, after = one.get(path), two.get(path)
         is_lost = after is None and path.startswith(ALARMS)
-        if before is None or path in idle or (after is None and not is_lost):
+        if before is None or path in idle_fields or (after is None and not is_lost):
             continue
         if is_lost or is_material(path, one, two):
-            yield SignalDifference(NUMBERS, path, 0.0, _plain_value(before), _plain_value(after), ())
+            yield SignalDifference(NUMBERS_STAGE, path, 0.0, _plain_value(before), _plain_value(after), ())
 
 
 def unsaid_rules(sides: Sides, i: int, j: int) -> Iterator[SignalDifference]:
     """The rules of a result that no line names; the integral that a report has as lost has none of its own."""
-    if not isinstance(sides.twin, StandIn):
+    if not isinstance(sides.target_model, StandIn):
         return
-    target, twin = sides.target, sides.twin
+    target, target_model = sides.target, sides.target_model
     other: Operation = source_of(target.vendor).operations(target.config)[j]
-    lost = bool(sides.source.loop(i).tuning.integral_time) and not twin.loop(i).tuning.integral_time
-    for row in differing_rules(twin.rules[i].operation, other, twin.loop(i), is_master=False):
+    lost = bool(sides.source.loop(i).tuning.integral_time) and not target_model.loop(i).tuning.integral_time
+    for row in differing_rules(target_model.rules[i].operation, other, target_model.loop(i), is_master=False):
         if lost and row.field == f"{PREFIX}transfer":
             continue
-        yield SignalDifference(NUMBERS, row.field, 0.0, str(row.source), str(row.target), ())
+        yield SignalDifference(NUMBERS_STAGE, row.field, 0.0, str(row.source), str(row.target), ())
 
 
 def _plain_value(value: Any) -> float | str | bool:
@@ -611,7 +611,7 @@ def _make_result(  # noqa: PLR0913, PLR0917
     original: Reference,
     battery: Battery,
     failures: Sequence[Failure],
-    named: Sequence[NamedDifference],
+    named_differences: Sequence[NamedDifference],
 ) -> VerifiedLoop:
     """The verdict with its figures, and the picture of the step and the disturbance."""
     loop = sides.source.loop(i)
@@ -639,7 +639,7 @@ def _make_result(  # noqa: PLR0913, PLR0917
         tuple(stage.name for stage in reference.possible_stages),
         tuple(UntriedStage(stage.name, mode) for stage in reference.stages if (mode := reference.refused_mode(stage))),
         tuple(failures),
-        tuple(named),
+        tuple(named_differences),
     )
 
 

@@ -6,7 +6,7 @@ from pidcfg.text.references import Decision
 
 # --- What the virtual CLICK does where the help is silent: every place where a real PLC may turn out to differ --------
 
-CONTROLLER = (
+CONTROLLER_DECISIONS = (
     Decision(
         110,
         "the CLICK's calculation, operation by operation",
@@ -182,7 +182,7 @@ CONTROLLER = (
 )
 """In the order of their numbers."""
 
-OPERATING = (
+OPERATION_DECISIONS = (
     Decision(
         655,
         "an alarm group that is switched off",

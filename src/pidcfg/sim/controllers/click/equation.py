@@ -25,7 +25,7 @@ from pidcfg.sim.controllers.autotune import (
     NOTHING,
     RELAY_PATIENCE_SAMPLES,
     RELAY_PATIENCE_SECONDS,
-    STEP,
+    STEP_SHARE,
     TOO_SMALL,
     begin_curve,
     begin_cycle,
@@ -47,11 +47,11 @@ from pidcfg.sim.controllers.kernels import (
     RequestState,
     add_notice,
     clamp,
-    nearest,
     read_registers,
     register,
     register_values,
     renew_alarm,
+    round_half_even,
     single,
 )
 from pidcfg.sim.controllers.plc import TICKS
@@ -79,11 +79,11 @@ PID_ERROR = 1024
 TUNE_ERROR = 2048
 
 # What is pending besides the equation (`State.pending`)
-FIRST = 1
+FIRST_SAMPLE = 1
 """First sample after the change from STOP to RUN: the PV has no past."""
 STOPPED = 2
 """The PLC is in STOP mode."""
-FRESH = 4
+NO_PAST = 4
 """First calculation after Manual or Autotune: the error has no past."""
 REQUEST = 8
 """`State.request` holds requested mode bits."""
@@ -117,13 +117,13 @@ class Config(LoopConfig):
     out_low: float = register("output_lower", 0.0)
     out_high: float = register("output_upper", 100.0)
     # alarms; a disabled group has limits that no value reaches
-    low_low: float = register("pv_low_low", -UNBOUNDED, enabled="pv_alarm_enable")
-    low: float = register("pv_low", -UNBOUNDED, enabled="pv_alarm_enable")
-    high: float = register("pv_high", UNBOUNDED, enabled="pv_alarm_enable")
-    high_high: float = register("pv_high_high", UNBOUNDED, enabled="pv_alarm_enable")
-    deviation_high: float = register("deviation_high", UNBOUNDED, enabled="deviation_alarm_enable")
-    deviation_high_high: float = register("deviation_high_high", UNBOUNDED, enabled="deviation_alarm_enable")
-    rate_of_change: float = register("rate_of_change", UNBOUNDED, enabled="rate_alarm_enable")
+    low_low: float = register("pv_low_low", -UNBOUNDED, enabled_by="pv_alarm_enable")
+    low: float = register("pv_low", -UNBOUNDED, enabled_by="pv_alarm_enable")
+    high: float = register("pv_high", UNBOUNDED, enabled_by="pv_alarm_enable")
+    high_high: float = register("pv_high_high", UNBOUNDED, enabled_by="pv_alarm_enable")
+    deviation_high: float = register("deviation_high", UNBOUNDED, enabled_by="deviation_alarm_enable")
+    deviation_high_high: float = register("deviation_high_high", UNBOUNDED, enabled_by="deviation_alarm_enable")
+    rate_of_change: float = register("rate_of_change", UNBOUNDED, enabled_by="rate_alarm_enable")
     hysteresis: float = register("hysteresis", 0.0)
     # pulse width modulation
     pwm: int = 0
@@ -155,11 +155,11 @@ class State(RequestState):
     gain: float = register("proportional_gain", 1.0)
     reset: float = register("reset_time", 1.0)
     rate: float = register("derivative_gain", 0.0)
-    error: int = 0
+    error_row: int = 0
     """Row of the table of PID errors that is active, the lowest, from 1; 0: none."""
-    number: float = 0.0
+    error_number: float = 0.0
     """Its number, DSn+00."""
-    pending: int = FIRST
+    pending: int = FIRST_SAMPLE
     """What is pending, as bits; 0 in undisturbed operation."""
     # factors calculated from them
     filter_share: float = 1.0
@@ -187,7 +187,7 @@ class State(RequestState):
 
 
 def row_of(number: int) -> int:
-    """The row of an error, counted from 1: what `State.error` holds."""
+    """The row of an error, counted from 1: what `State.error_row` holds."""
     return next(row for row, error in enumerate(ERRORS, start=1) if error.number == number)
 
 
@@ -266,7 +266,7 @@ class Loop:
     """A loop's registers by name, and what no register holds."""
 
     name: str
-    goal: str
+    initial_mode: str
     has_setpoint: bool
     """Whether the configuration gives a set point; it may leave that to the operator."""
     pwm: bool
@@ -338,7 +338,7 @@ def sample_ticks(milliseconds: float) -> int:
 # --- The position equation of the CLICK, every result rounded to single precision as it arises (D110) -----------------
 #
 # CO(n) = Bias(n) + Kp [e(n) + Td/Ts (e(n) - e(n-1))], Bias(n) = Bias(n-1) + Kp Ts/Ti e(n). The factors carry the sign
-# of the action, which changes no bit of a rounded product. D numbers: see `click.CONTROLLER`.
+# of the action, which changes no bit of a rounded product. D numbers: see `click.CONTROLLER_DECISIONS`.
 
 
 def calculate_gains(config: Config, state: State) -> None:
@@ -370,8 +370,8 @@ def calculate_output(config: Config, state: State) -> float:
     error = single(state.sp - state.pv)
     if config.squared:
         error = single(error * abs(error))
-    if state.pending & FRESH:
-        state.pending &= ~FRESH
+    if state.pending & NO_PAST:
+        state.pending &= ~NO_PAST
         state.previous_error = error
         state.filtered_difference = 0.0
     change = single(error - state.previous_error)
@@ -416,10 +416,10 @@ def renew_pv_alarms(config: Config, status: int, pv: float) -> int:
     return renew_alarm(status, HIGH_HIGH, single(pv - config.high_high), config.hysteresis)
 
 
-def renew_deviation_alarms(config: Config, status: int, away: float) -> int:
+def renew_deviation_alarms(config: Config, status: int, deviation: float) -> int:
     """The two alarms of the distance from the set point."""
-    status = renew_alarm(status, DEVIATION_HIGH, single(away - config.deviation_high), config.hysteresis)
-    return renew_alarm(status, DEVIATION_HIGH_HIGH, single(away - config.deviation_high_high), config.hysteresis)
+    status = renew_alarm(status, DEVIATION_HIGH, single(deviation - config.deviation_high), config.hysteresis)
+    return renew_alarm(status, DEVIATION_HIGH_HIGH, single(deviation - config.deviation_high_high), config.hysteresis)
 
 
 def renew_alarms(config: Config, state: State, previous_pv: float) -> None:
@@ -467,12 +467,12 @@ def set_pulse(config: Config, state: State, tick: int) -> float:
             state.pulse_start = tick
         else:
             state.pulse_start += config.pwm_period
-        share = state.out / 100.0
-        if not share > 0.0:
-            share = 0.0
-        elif share > 1.0:
-            share = 1.0
-        state.on_time = share * config.pwm_period
+        duty = state.out / 100.0
+        if not duty > 0.0:
+            duty = 0.0
+        elif duty > 1.0:
+            duty = 1.0
+        state.on_time = duty * config.pwm_period
     return ON if middle - state.pulse_start < state.on_time else OFF
 
 
@@ -504,10 +504,10 @@ REASONS = {
     TUNE_MOVING: "the PV was moving when the autotune began: do not trust its gains (D623)",
 }
 
-LEAST_GAIN, MOST_GAIN = RANGES["proportional_gain"]
-LEAST_RESET, MOST_RESET = RANGES["reset_time"]
-LEAST_RATE, MOST_RATE = RANGES["derivative_gain"]
-LEAST_MS, MOST_MS = RANGES["sample_rate"]
+MIN_GAIN, MAX_GAIN = RANGES["proportional_gain"]
+MIN_RESET, MAX_RESET = RANGES["reset_time"]
+MIN_RATE, MAX_RATE = RANGES["derivative_gain"]
+MIN_MS, MAX_MS = RANGES["sample_rate"]
 """What registers without a PID error hold."""
 
 
@@ -532,7 +532,7 @@ def start_tune(state: State) -> None:
 def restore_output(state: State) -> None:
     """The controller continues from the output before the autotune; its bias is unchanged."""
     state.out = state.tune_out
-    state.pending |= FRESH
+    state.pending |= NO_PAST
     state.tune_phase = IDLE
 
 
@@ -547,7 +547,7 @@ def fail_autotune(state: State, reason: int) -> None:
     restore_output(state)
     state.tune_done = FAILED
     state.status = (state.status & ~MODES) | AUTO | TUNE_ERROR
-    state.requested = 0
+    state.requested_mode = 0
     state.notice = add_notice(state.notice, 0, reason)
 
 
@@ -559,10 +559,10 @@ def change_rate(state: State) -> None:
 
 def write_results(config: Config, state: State, gain: float, reset: float, rate: float, seconds: float) -> None:
     """Write the results, within what the registers hold, and return to Auto."""
-    state.gain = single(clamp(gain, LEAST_GAIN, MOST_GAIN))
-    state.reset = single(clamp(reset, LEAST_RESET, MOST_RESET))
-    state.rate = single(clamp(rate, LEAST_RATE, MOST_RATE))
-    state.sample_ms = int(clamp(nearest(seconds * 1000.0), LEAST_MS, MOST_MS))
+    state.gain = single(clamp(gain, MIN_GAIN, MAX_GAIN))
+    state.reset = single(clamp(reset, MIN_RESET, MAX_RESET))
+    state.rate = single(clamp(rate, MIN_RATE, MAX_RATE))
+    state.sample_ms = int(clamp(round_half_even(seconds * 1000.0), MIN_MS, MAX_MS))
     state.period = state.sample_ms * 1000
     calculate_gains(config, state)
     restore_output(state)
@@ -576,7 +576,7 @@ def write_results(config: Config, state: State, gain: float, reset: float, rate:
 
 RESOLUTION = 1.0 / 4000.0
 """Resolution of the PV, as a share of its range."""
-LEAST_SWING = 1e-6
+MIN_SWING = 1e-6
 """Least amplitude of a cycle, as a share of the PV's range."""
 
 
@@ -584,7 +584,7 @@ def step_output(config: Config, state: State) -> None:
     """Step the output by another 10 % of its range: up, or down where the way up is too short."""
     span = config.out_high - config.out_low
     if state.tune_step == 0.0:
-        state.tune_step = STEP if state.tune_out + 2.0 * STEP * span <= config.out_high else -STEP
+        state.tune_step = STEP_SHARE if state.tune_out + 2.0 * STEP_SHARE * span <= config.out_high else -STEP_SHARE
     else:
         state.tune_step += state.tune_step
     state.out = single(state.tune_out + state.tune_step * span)
@@ -612,7 +612,7 @@ def measure_response(config: Config, state: State, aux: list[float], change: flo
     if was_moving(state, slope, 0.0):
         state.notice = add_notice(state.notice, 0, TUNE_MOVING)
     gain, reset, rate, sample = curve_gains(
-        config.tune_pi, STEP * (config.out_high - config.out_low) / (dead * slope), dead
+        config.tune_pi, STEP_SHARE * (config.out_high - config.out_low) / (dead * slope), dead
     )
     write_results(config, state, gain, reset, rate, sample)
 
@@ -622,15 +622,15 @@ def record_response(config: Config, state: State, aux: list[float]) -> None:
     if not record_point(state, config.tune_buffer, aux, step_sign(config, state) * (state.pv - state.tune_base)):
         return
     span = config.pv_high - config.pv_low
-    second = int(abs(state.tune_step) > STEP)
+    is_second_step = int(abs(state.tune_step) > STEP_SHARE)
     count = span * RESOLUTION
-    verdict, change = judge_response(state, config.tune_buffer, aux, span, count, count, second)
+    verdict, change = judge_response(state, config.tune_buffer, aux, span, count, count, is_second_step)
     if verdict == ANSWERED:
         measure_response(config, state, aux, change)
     elif verdict == TOO_SMALL:
         state.tune_base += step_sign(config, state) * change
         step_output(config, state)
-    elif verdict == NO_ANSWER and second:
+    elif verdict == NO_ANSWER and is_second_step:
         fail_autotune(state, TUNE_NO_RESPONSE)
     elif verdict == NO_ANSWER:
         step_output(config, state)
@@ -644,9 +644,7 @@ def run_relay(config: Config, state: State) -> None:
     if side:
         state.out = config.out_high if (side > 0) == (config.reverse == 0) else config.out_low
     if state.tune_turns == LAST_TURN:
-        ultimate = ultimate_gain(
-            state, config.out_high - config.out_low, band, LEAST_SWING * span * (LEAST_SWING * span)
-        )
+        ultimate = ultimate_gain(state, config.out_high - config.out_low, band, MIN_SWING * span * (MIN_SWING * span))
         gain, reset, rate, sample = cycle_gains(config.tune_pi, ultimate, cycle_length(state) * state.period / TICKS)
         write_results(config, state, gain, reset, rate, sample)
     elif is_stalled(state, RELAY_PATIENCE_SAMPLES, RELAY_PATIENCE_SECONDS):

@@ -26,12 +26,12 @@ from pidcfg.sim.controllers.click.equation import (
     AUTO,
     BIAS_ERROR,
     BIAS_NUMBER,
-    FIRST,
-    FRESH,
+    FIRST_SAMPLE,
     GOAL,
     MANUAL,
     MODES,
     NAN,
+    NO_PAST,
     PID_ERROR,
     REFUSED_TUNE_MODE,
     REFUSED_TUNE_RANGE,
@@ -63,7 +63,7 @@ from pidcfg.sim.controllers.click.equation import (
 from pidcfg.sim.controllers.kernels import GOAL_ENDS, NEVER, clamp, finite_or, single, tell_request
 from pidcfg.sim.controllers.plc import SWITCH_AND_TUNE, TICKS, Plc
 from pidcfg.sim.controllers.plc import ScanOptions as Options
-from pidcfg.sim.controllers.settings import NOT_NOW, Done, Keys, RegisterError, Registers, items_of, rows_of
+from pidcfg.sim.controllers.settings import NOT_NOW, Keys, RegisterError, Registers, WriteResult, items_of, rows_of
 from pidcfg.sim.costs import COSTS
 
 if TYPE_CHECKING:
@@ -100,7 +100,7 @@ def stop_tune(state: State) -> None:
     if state.status & TUNING:
         abandon_autotune(state)
         state.status |= TUNE_ERROR
-        state.requested = 0
+        state.requested_mode = 0
         tell_request(state, TUNE_ABORTED)
 
 
@@ -109,7 +109,7 @@ def to_manual(state: State, reason: int) -> None:
     if state.status & MANUAL == 0:
         stop_tune(state)
         state.status = (state.status & ~MODES) | MANUAL
-        state.requested = 0
+        state.requested_mode = 0
         tell_request(state, reason)
 
 
@@ -118,7 +118,7 @@ def to_auto(config: Config, state: State) -> None:
     state.bias = state.out
     if config.bumpless == 1:
         state.sp = state.pv
-    state.pending |= FRESH
+    state.pending |= NO_PAST
     state.status = (state.status & ~MODES) | AUTO
 
 
@@ -131,7 +131,7 @@ def tune_refusal(config: Config, state: State) -> int:
 
 def request_mode(config: Config, state: State, wanted: int) -> int:
     """Request a mode: it is entered, or the reason of the refusal is returned."""
-    state.requested = wanted
+    state.requested_mode = wanted
     now = state.status & MODES
     if now == wanted:
         return 0
@@ -142,8 +142,8 @@ def request_mode(config: Config, state: State, wanted: int) -> int:
     if wanted == AUTO:
         if now == TUNING:
             return REFUSED_TUNING
-        if state.error:
-            return REFUSED_ERROR + state.error
+        if state.error_row:
+            return REFUSED_ERROR + state.error_row
         to_auto(config, state)
         return 0
     reason = tune_refusal(config, state)
@@ -157,7 +157,7 @@ def request_mode(config: Config, state: State, wanted: int) -> int:
 def cancel_autotune(state: State) -> None:
     """The autotune request is cleared: back to Auto with the registers as they were."""
     state.request &= ~TUNING
-    state.requested = 0
+    state.requested_mode = 0
     if state.status & TUNING:
         abandon_autotune(state)
         state.status = (state.status & ~MODES) | AUTO
@@ -169,14 +169,14 @@ def cancel_autotune(state: State) -> None:
 def approach_goal(config: Config, state: State) -> None:
     """Come one step closer to the goal; at the goal write its set point, as an operator would."""
     if state.status & MODES == state.goal:
-        if state.goal_writes:
+        if state.goal_has_sp:
             state.sp = state.goal_sp
         state.pending &= ~GOAL
         state.goal = 0
         return
     reason = request_mode(config, state, state.goal)
-    if reason and (state.refused >> state.error) & 1 == 0:
-        state.refused |= 1 << state.error
+    if reason and (state.refused_reasons >> state.error_row) & 1 == 0:
+        state.refused_reasons |= 1 << state.error_row
         tell_request(state, reason)
 
 
@@ -230,23 +230,23 @@ OUTER_ALARMS = ("pv_low_low", "pv_high_high", "deviation_high_high")
 FLAG_BITS = {"pid_error": bits.PID_ERROR, "autotune_error": bits.TUNE_ERROR}
 
 REASONS = MODE_REASONS | bits.REASONS
-ABOUT_MODE = set(MODE_NOTICES)
+MODE_CODES = set(MODE_NOTICES)
 for _row, _error in enumerate(ERRORS, start=1):
     _text = error_text(_error)
     REASONS[REFUSED_ERROR + _row] = f"refused: {_text}"
     REASONS[OVERRIDE_ERROR + _row] = f"to Manual: {_text}"
     REASONS[NOTED_ERROR + _row] = _text
-    ABOUT_MODE |= {REFUSED_ERROR + _row, OVERRIDE_ERROR + _row}
+    MODE_CODES |= {REFUSED_ERROR + _row, OVERRIDE_ERROR + _row}
 
 # --- What a scenario's ``set`` may write in a CLICK loop: a key of the configuration to its register ------------------
 #
 # Keys are those of a loop in the configuration file (``tuning.reset_time``, ``alarms.pv.high``). Short forms:
 # ``setpoint``, ``output`` and ``bias`` with a number, and the last part of a key where only one register has it.
 
-SHORT = {"setpoint": "setpoint.value", "output": "state.output", "bias": "state.bias"}
-EVENTS = {"mode": "mode", "autotune": "autotune"}
+SHORT_FORMS = {"setpoint": "setpoint.value", "output": "state.output", "bias": "state.bias"}
+EVENT_KEYS = {"mode": "mode", "autotune": "autotune"}
 """Keys that have an event instead, and the key of that event."""
-FIXED = {"state.raw_pv", "state.pv"}
+UNSETTABLE_FIELDS = {"state.raw_pv", "state.pv"}
 """What only the controller writes."""
 
 
@@ -268,7 +268,7 @@ PARSERS: dict[str, Callable[[object], object]] = {
     "derivative_gain_limit": parse_integer,
     "alarms.rate_of_change": parse_unit_rate,
 }
-KEYS = Keys(rows_of(TABLES, FIXED), SHORT, EVENTS, PARSERS, lambda _word: parse_plain)
+KEYS = Keys(rows_of(TABLES, UNSETTABLE_FIELDS), SHORT_FORMS, EVENT_KEYS, PARSERS, lambda _word: parse_plain)
 
 
 def encode_setting(row: Point, value: Any, sample_rate: Decimal) -> int:
@@ -289,9 +289,9 @@ def settings_of(path: tuple[str, ...], value: Any, sample_rate: Decimal) -> list
     return [(cast("Word", row), encode_setting(row, item, sample_rate)) for row, item in items]
 
 
-PULSES = 100
+MIN_PERIOD_STEPS = 100
 """Least number of base steps in a PWM period: the pulses' resolution is 1 % (D121)."""
-COUNTS = 1 << 16
+COUNTS_PER_RANGE = 1 << 16
 """Counts of the PV's range where a resolution is needed: floats have none (D128)."""
 
 
@@ -310,10 +310,10 @@ class Click(Plc):
     tuned_names = ("proportional_gain", "reset_time", "derivative_gain", "sample_rate")
     alarm_bits: Mapping[str, int] = ALARM_BITS
     alarm_limits: Mapping[str, str] = ALARM_LIMITS
-    unreached = bits.UNBOUNDED
+    no_limit = bits.UNBOUNDED
     flag_bits: Mapping[str, int] = FLAG_BITS
     reasons: Mapping[int, str] = REASONS
-    about_mode = ABOUT_MODE
+    mode_codes = MODE_CODES
     outer_alarms = OUTER_ALARMS
     error_flags = ("pid_error",)
 
@@ -321,10 +321,10 @@ class Click(Plc):
         words = image.words
         self._loops = [loop_of(words, i, entry) for i, entry in enumerate(image.settings)]
         self.loops = [loop.name for loop in self._loops]
-        self.goals = [loop.goal for loop in self._loops]
+        self.initial_modes = [loop.initial_mode for loop in self._loops]
         self.place_loops(Config, State, SIGNALS, POINTS)
         for i in range(len(self._loops)):
-            self._begin(i)
+            self._begin_loop(i)
         self.scales = [scale_of(config) for config in self.configs]
         self.in_run = False
         self.run(0)
@@ -333,33 +333,33 @@ class Click(Plc):
     def flags(self) -> Mapping[str, int]:
         """The error register of each loop, DSn+00."""
         names = (f"DS{loop.starts['integers']}" for loop in self._loops)
-        return {name: int(state.number) for name, state in zip(names, self.states, strict=True)}
+        return {name: int(state.error_number) for name, state in zip(names, self.states, strict=True)}
 
     @property
     def base(self) -> int:
         """The greatest common step of the sample rates, in ticks; a part of it where pulses need a finer one (D121)."""
         step = super().base
-        finest = min((config.pwm_period // PULSES for config in self.configs if config.pwm), default=step)
+        finest = min((config.pwm_period // MIN_PERIOD_STEPS for config in self.configs if config.pwm), default=step)
         parts = -(-step // finest)
         while step % parts:
             parts += 1
         return step // parts
 
-    def _begin(self, i: int) -> None:
+    def _begin_loop(self, i: int) -> None:
         """What a loop starts with: the controller's registers, its goal, and its places in the shared vectors."""
         loop, config, state = self._loops[i], self.configs[i], self.states[i]
         config.tune_buffer = i * POINTS
         config.pwm = int(loop.pwm)
         if not loop.pwm:
             self.signals[config.pwm_slot] = ""
-        self._apply(i)
+        self._apply_registers(i)
         config.period = state.period
-        state.goal = 0 if loop.goal == "manual" else MODE_BITS[loop.goal]
-        state.goal_sp, state.goal_writes = state.sp, int(loop.has_setpoint)
+        state.goal = 0 if loop.initial_mode == "manual" else MODE_BITS[loop.initial_mode]
+        state.goal_sp, state.goal_has_sp = state.sp, int(loop.has_setpoint)
         state.pending |= bits.GOAL if state.goal else 0
-        self._show(i, self.signal_values)
+        self._show_signals(i, self.signal_values)
 
-    def _apply(self, i: int) -> None:
+    def _apply_registers(self, i: int) -> None:
         """Make the registers the controller's configuration, and look for PID errors (D117)."""
         config, state = self.configs[i], self.states[i]
         n, period = self._loops[i].numbers(), state.period
@@ -368,17 +368,17 @@ class Click(Plc):
         self._note_error(state, lowest_error(n))
         if state.period != period:
             change_rate(state)
-        if not state.error:
+        if not state.error_row:
             calculate_gains(config, state)
 
     @staticmethod
     def _note_error(state: State, error: int) -> None:
         """The lowest error that is active; a loop in Auto or Autotune goes to Manual at once (D118)."""
-        if error == state.error:
+        if error == state.error_row:
             return
-        state.error, state.number = error, float(ERRORS[error - 1].number) if error else 0.0
+        state.error_row, state.error_number = error, float(ERRORS[error - 1].number) if error else 0.0
         state.status &= ~bits.PID_ERROR
-        state.requested = 0
+        state.requested_mode = 0
         if not error:
             tell_request(state, CLEARED)
             return
@@ -388,7 +388,7 @@ class Click(Plc):
         else:
             to_manual(state, OVERRIDE_ERROR + error)
 
-    def _show(self, i: int, signals: MutableSequence[float]) -> None:
+    def _show_signals(self, i: int, signals: MutableSequence[float]) -> None:
         """The signals of a loop as its registers say; in STOP mode nothing drives its outputs (D120)."""
         config, state = self.configs[i], self.states[i]
         stopped = bool(state.pending & bits.STOPPED)
@@ -398,14 +398,14 @@ class Click(Plc):
             finite_or(state.bias, 0.0),
         )
         signals[config.out_slot] = 0.0 if stopped else finite_or(state.out, 0.0)
-        signals[config.error_slot] = state.number
+        signals[config.error_slot] = state.error_number
 
     # --- the CPU -----------------------------------------------------------------------------------------------------
 
     def start(self, tick: int) -> None:
         """STOP to RUN: loops begin in Manual, with the outputs that their registers hold (D120)."""
         for state in self.states:
-            state.pending = (state.pending & ~bits.STOPPED) | bits.FIRST
+            state.pending = (state.pending & ~bits.STOPPED) | bits.FIRST_SAMPLE
             state.due = tick
             state.on_time = -1.0
 
@@ -416,12 +416,12 @@ class Click(Plc):
             state.pending = (state.pending & ~(bits.REQUEST | bits.GOAL)) | bits.STOPPED
             state.request = state.goal = 0
             state.due = NEVER
-            self._show(i, signals)
+            self._show_signals(i, signals)
 
     # --- the operator ------------------------------------------------------------------------------------------------
 
     @property
-    def rises(self) -> list[bool]:
+    def output_raises_pv(self) -> list[bool]:
         """Direct (forward) action: the PV rises with the output."""
         return [not config.reverse for config in self.configs]
 
@@ -460,7 +460,7 @@ class Click(Plc):
     def request(self, loop: int, mode: str) -> None:
         """A mode request goes on; it is looked at with the next sample and is off again."""
         state, bit = self.states[loop], MODE_BITS[mode]
-        state.requested = bit
+        state.requested_mode = bit
         if state.pending & bits.STOPPED:
             tell_request(state, REFUSED_STOP)
             return
@@ -476,7 +476,7 @@ class Click(Plc):
         else:
             cancel_autotune(self.states[loop])
 
-    def tuned(self, loop: int) -> TuneReport | None:
+    def tuning_result(self, loop: int) -> TuneReport | None:
         """How the autotune of a loop went; None when there was none."""
         registers, state = self._loops[loop], self.states[loop]
         error = bool(state.status & bits.TUNE_ERROR)
@@ -497,7 +497,7 @@ class Click(Plc):
         """The value of a ``set`` event as its registers take it; a ``PydanticCustomError`` says what is wrong."""
         return check_setting(path, value, self._sample_rate(loop))
 
-    def period_set(self, loop: int, path: tuple[str, ...], value: Any) -> int:
+    def new_period(self, loop: int, path: tuple[str, ...], value: Any) -> int:
         """The sample rate that a value for this key makes, in ticks; 0: the key is something else."""
         if KEYS.find(path)[0].path != "sample_rate":
             return 0
@@ -508,18 +508,18 @@ class Click(Plc):
         """Write a value to its registers, which show at once (D674); why it has no effect, as in Auto (D127)."""
         return self.write(loop, settings_of(path, value, self._sample_rate(loop)), signals)
 
-    def write(self, loop: int, written: Sequence[tuple[Word, int]], signals: MutableSequence[float]) -> str | None:
+    def write(self, loop: int, contents: Sequence[tuple[Word, int]], signals: MutableSequence[float]) -> str | None:
         """Write raw contents; as `set` otherwise."""
         registers, state = self._loops[loop], self.states[loop]
-        if written[0][0].name == "output" and state.status & bits.MANUAL == 0:
+        if contents[0][0].name == "output" and state.status & bits.MANUAL == 0:
             return "is not written: the output is read-only unless the loop is in Manual"
         registers.store_results(state)
-        for row, raw in written:
+        for row, raw in contents:
             registers.words[row.name] = raw
             if row.name == "setpoint":
-                state.goal_sp, state.goal_writes = float_of(raw), 1
-        self._apply(loop)
-        self._show(loop, signals)
+                state.goal_sp, state.goal_has_sp = float_of(raw), 1
+        self._apply_registers(loop)
+        self._show_signals(loop, signals)
         return None
 
     def memory(self, loop: int) -> Loop:
@@ -535,8 +535,8 @@ class Click(Plc):
 def scale_of(config: Config) -> tuple[float, float, int]:
     """The ends of the PV's range, 0 to 100 where the registers hold none, and what counts as a count (D128)."""
     if not (isfinite(config.pv_low) and isfinite(config.pv_high) and config.pv_low < config.pv_high):
-        return 0.0, 100.0, COUNTS
-    return config.pv_low, config.pv_high, COUNTS
+        return 0.0, 100.0, COUNTS_PER_RANGE
+    return config.pv_low, config.pv_high, COUNTS_PER_RANGE
 
 
 load = Click
@@ -564,11 +564,11 @@ def control_output(config: Config, state: State, signals: list[float]) -> None:
         state.filtered_difference = 0.0
         if isnan(state.bias):
             state.bias = NAN
-            state.error = BIAS_ERROR
-            state.number = BIAS_NUMBER
+            state.error_row = BIAS_ERROR
+            state.error_number = BIAS_NUMBER
             state.status |= PID_ERROR
             to_manual(state, OVERRIDE_ERROR + BIAS_ERROR)
-            signals[config.error_slot] = state.number
+            signals[config.error_slot] = state.error_number
 
 
 def sample(config: Config, state: State, aux: list[float], signals: list[float]) -> None:
@@ -576,8 +576,8 @@ def sample(config: Config, state: State, aux: list[float], signals: list[float])
     # Raw Process Variable (DFn+11) and PV Filter; D115: the first sample has no past
     raw = single(signals[config.in_slot])
     previous_pv = state.pv
-    if state.pending & FIRST:
-        state.pending &= ~FIRST
+    if state.pending & FIRST_SAMPLE:
+        state.pending &= ~FIRST_SAMPLE
         previous_pv = raw
     pv = raw
     if config.filter_on:
@@ -658,25 +658,25 @@ class ClickRegisters(Registers):
         alarms = {name: int(bool(status & bit)) for name, bit in STATUS.items()}
         return self.contents_by_number(loop, defaultdict(int, words | alarms | dict.fromkeys(REQUESTS, 0)))
 
-    def write(self, number: int, raw: int, signals: MutableSequence[float]) -> Done:
+    def write(self, number: int, raw: int, signals: MutableSequence[float]) -> WriteResult:
         """A setting, the output in Manual, or a request."""
         loop, row = self._rows[number]
         name = SPACE.name(number)
         if row.name in REQUESTS:
             return self._request(loop, row.name, raw)
-        if row.path is None or row.path in FIXED:
-            raise self.read_only(name, row)
+        if row.path is None or row.path in UNSETTABLE_FIELDS:
+            raise self.read_only_error(name, row)
         self.decode(name, row.codec.decode, raw)
         if late := self.plc.write(loop, [(row, raw)], signals):
             raise RegisterError(NOT_NOW, f"{name} {late}")
-        return Done(f"set {row.path} to {SPACE.content_text(number, raw)}")
+        return WriteResult(f"set {row.path} to {SPACE.content_text(number, raw)}")
 
-    def _request(self, loop: int, name: str, raw: int) -> Done:
+    def _request(self, loop: int, name: str, raw: int) -> WriteResult:
         """A request goes on; one for an autotune may go off again."""
         mode = REQUESTS[name]
         if raw:
             self.plc.request(loop, mode)
-            return Done(f"request mode {mode}", mode)
+            return WriteResult(f"request mode {mode}", mode)
         if name == "autotune_request":
             self.plc.autotune(loop, "cancel")
-        return Done(f"request of mode {mode} off")
+        return WriteResult(f"request of mode {mode} off")

@@ -6,7 +6,7 @@ from pidcfg.text.references import Decision
 
 # --- What the virtual DL06 does where its manual is silent: every place where a real CPU may turn out to differ -------
 
-ENGINE = (
+ENGINE_DECISIONS = (
     Decision(
         30,
         "the engine works in fractions of the data range",
@@ -302,7 +302,7 @@ ENGINE = (
 # ----------------------------------------------------------------------------------------------------------------------
 # What the virtual DL06 does around its equation where the manual says nothing of it: modes, set points, profiles.
 
-OPERATING = (
+OPERATION_DECISIONS = (
     Decision(
         643,
         "the configured set point is written once",

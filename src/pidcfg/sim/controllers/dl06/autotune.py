@@ -9,7 +9,7 @@ from pidcfg.sim.controllers.autotune import (
     PI,
     RELAY_PATIENCE_SAMPLES,
     RELAY_PATIENCE_SECONDS,
-    STEP,
+    STEP_SHARE,
     TOO_SMALL,
     begin_curve,
     begin_cycle,
@@ -28,8 +28,8 @@ from pidcfg.sim.controllers.autotune import (
 from pidcfg.sim.controllers.autotune import POINTS as CURVE
 from pidcfg.sim.controllers.dl06.equation import (
     AUTO,
-    FRESH,
     MANUAL,
+    NO_PAST,
     RELAY,
     TUNE,
     TUNE_ERROR,
@@ -39,7 +39,7 @@ from pidcfg.sim.controllers.dl06.equation import (
     calculate_gains,
     pv_on_sp_scale,
 )
-from pidcfg.sim.controllers.kernels import NEAREST, add_notice, clamp, nearest, tell_request
+from pidcfg.sim.controllers.kernels import ROUNDING_MAGIC, add_notice, clamp, round_half_even, tell_request
 from pidcfg.sim.controllers.plc import TICKS
 
 # --- How an auto-tune of the DL06 ends: the output is restored, results go to their words, or a reason is logged ------
@@ -85,7 +85,7 @@ def restore_output(state: State) -> None:
     state.out = state.tune_out
     if state.pending & RELAY:
         state.unrounded_output = state.tune_out
-        state.pending |= FRESH
+        state.pending |= NO_PAST
 
 
 def end_tune(state: State, error: int) -> None:
@@ -96,7 +96,7 @@ def end_tune(state: State, error: int) -> None:
     state.tune_phase = IDLE
     if error:
         state.status |= TUNE_ERROR
-        state.requested = 0
+        state.requested_mode = 0
         tell_request(state, error)
     else:
         state.tune_done = 1
@@ -116,7 +116,7 @@ def change_rate(state: State) -> None:
 
 def nearest_digit(x: float) -> float:
     """The nearest whole number, half to even; what only a rounding error keeps from a half is one."""
-    return nearest(nearest(x * 1e6) / 1e6)
+    return round_half_even(round_half_even(x * 1e6) / 1e6)
 
 
 def write_results(config: Config, state: State, gain: float, reset: float, rate: float, seconds: float) -> None:
@@ -125,7 +125,7 @@ def write_results(config: Config, state: State, gain: float, reset: float, rate:
     steps = clamp(nearest_digit(reset / (config.reset_unit * config.reset_step)), 1.0, 9998.0)
     state.reset = steps * config.reset_step * config.reset_unit
     state.rate = clamp(nearest_digit(rate * 100.0), 0.0, 9999.0) / 100.0
-    state.period = int(clamp(nearest_digit(seconds * 100.0) * 10000.0, config.least_period * 1.0, 99990000.0))
+    state.period = int(clamp(nearest_digit(seconds * 100.0) * 10000.0, config.min_period * 1.0, 99990000.0))
     calculate_gains(config, state)
     end_tune(state, 0)
 
@@ -141,12 +141,12 @@ POINTS = CURVE
 
 def step_output(config: Config, state: State) -> None:
     """Step the output up by another 10 % of its span and start recording."""
-    state.tune_step += STEP
+    state.tune_step += STEP_SHARE
     wanted = state.tune_out + state.tune_step * config.out_span
     if wanted >= config.out_max:
         end_tune(state, TUNE_FULL_SCALE)
         return
-    state.out = wanted + NEAREST - NEAREST
+    state.out = wanted + ROUNDING_MAGIC - ROUNDING_MAGIC
     state.tune_phase = RESPONSE
     begin_curve(state)
 
@@ -159,7 +159,7 @@ def measure_response(config: Config, state: State, aux: list[float], change: flo
         return
     if was_moving(state, slope, config.span / config.pv_span):
         state.notice = add_notice(state.notice, 0, TUNE_MOVING)
-    gain, reset, derivative, sample = curve_gains(config.tune_pi, STEP / (dead * (slope / config.span)), dead)
+    gain, reset, derivative, sample = curve_gains(config.tune_pi, STEP_SHARE / (dead * (slope / config.span)), dead)
     write_results(config, state, gain, reset, derivative, sample)
 
 
@@ -168,16 +168,16 @@ def record_response(config: Config, state: State, aux: list[float], pv: float) -
     rise = state.tune_base - pv if config.reverse else pv - state.tune_base
     if not record_point(state, config.tune_buffer, aux, rise):
         return
-    second = int(state.tune_step > STEP)
+    is_second_step = int(state.tune_step > STEP_SHARE)
     verdict, change = judge_response(
-        state, config.tune_buffer, aux, config.span, config.span / config.pv_span, 1.0, second
+        state, config.tune_buffer, aux, config.span, config.span / config.pv_span, 1.0, is_second_step
     )
     if verdict == ANSWERED:
         measure_response(config, state, aux, change)
     elif verdict == TOO_SMALL:
         state.tune_base += -change if config.reverse else change
         step_output(config, state)
-    elif verdict == NO_ANSWER and second:
+    elif verdict == NO_ANSWER and is_second_step:
         end_tune(state, TUNE_NO_RESPONSE)
     elif verdict == NO_ANSWER:
         step_output(config, state)
@@ -196,7 +196,7 @@ def begin_relay(config: Config, state: State) -> None:
     begin_cycle(state)
     if config.output_high_limit >= config.out_max or config.output_low_limit <= config.out_min:
         state.status |= TUNE_ERROR
-        state.requested = 0
+        state.requested_mode = 0
         tell_request(state, TUNE_AT_LIMITS)
 
 
@@ -228,7 +228,7 @@ def run_relay(config: Config, state: State, pv: float, sp: float) -> None:
 # A few samples measure the noise of the PV before the output is changed: it widens the relay's band and the
 # regression of the step response.
 
-DISTANCE = 205.0 / 4095.0
+START_DISTANCE = 205.0 / 4095.0
 """For the open loop the least distance of the PV below the set point (reverse action: above), for the closed loop the
 greatest one on either side, as a share of the span."""
 
@@ -237,12 +237,12 @@ def check_start(config: Config, state: State, pv: float, sp: float) -> None:
     """The start bit: check mode and distance from the set point (D57), then measure the noise."""
     state.status &= ~TUNE_ERROR
     state.tune_done = 0
-    below = pv - sp if config.reverse else sp - pv
+    deviation = pv - sp if config.reverse else sp - pv
     if state.status & (MANUAL if config.tune_open else AUTO) == 0:
         end_tune(state, REFUSED_TUNE_MODE)
-    elif config.tune_open and below < DISTANCE * config.span:
+    elif config.tune_open and deviation < START_DISTANCE * config.span:
         end_tune(state, REFUSED_TUNE_DISTANCE)
-    elif config.tune_open == 0 and abs(below) > DISTANCE * config.span:
+    elif config.tune_open == 0 and abs(deviation) > START_DISTANCE * config.span:
         end_tune(state, REFUSED_TUNE_APART)
     elif config.tune_open == 0 and config.output_high_limit <= config.output_low_limit:
         end_tune(state, TUNE_NO_SWING)

@@ -17,10 +17,10 @@ from pidcfg.sim.controllers.kernels import (
     CountsConfig,
     RequestState,
     clamp,
-    nearest,
     read_registers,
     register,
     renew_alarm,
+    round_half_even,
 )
 from pidcfg.sim.controllers.plc import TICKS
 
@@ -55,7 +55,7 @@ RS_STEP = 256
 """The step number stands in the high byte."""
 
 # What a loop has to attend to besides its equation (`State.pending`)
-FIRST = 1
+FIRST_SAMPLE = 1
 """First sample after the program-to-run transition: the PV has no past."""
 STOPPED = 2
 """The CPU is in Program mode and the loop with it: no calculation, and the output module is off."""
@@ -65,14 +65,14 @@ OUTPUT_CUT = 8
 """The CPU is in Program mode and nothing carries the output word to the module."""
 PROGRAM = 16
 """The CPU is in Program mode; this loop runs on by itself."""
-FRESH = 32
+NO_PAST = 32
 """First calculation after Manual: the error has no past."""
 REQUEST = 64
 """`State.request` holds requested mode bits."""
 GOAL = 128
 """`State.goal` has not been reached."""
 RESTORE = 256
-"""Back to `State.prior` without asking."""
+"""Back to `State.prior_mode` without asking."""
 SOAK = 512
 """A ramp/soak command waits or a profile runs."""
 TUNE = 1024
@@ -107,8 +107,8 @@ class Config(CountsConfig):
     squared: int = register("error.curve", 0, equals="squared")
     deadband: float = 0.0
     """As a fraction of the span."""
-    sp_min: float = register("setpoint.limits.0", -UNBOUNDED, enabled="setpoint.limits_enabled")
-    sp_max: float = register("setpoint.limits.1", UNBOUNDED, enabled="setpoint.limits_enabled")
+    sp_min: float = register("setpoint.limits.0", -UNBOUNDED, enabled_by="setpoint.limits_enabled")
+    sp_max: float = register("setpoint.limits.1", UNBOUNDED, enabled_by="setpoint.limits_enabled")
     major: int = -1
     """Index of the loop whose output is the remote set point; -1: the pointer names no output of this table."""
     # equation
@@ -129,13 +129,13 @@ class Config(CountsConfig):
     interlock: int = 1
     """A PV alarm refuses a request for Auto."""
     # alarms; a group that is off has thresholds that nothing reaches
-    low_low: float = register("alarms.pv.low_low", -UNBOUNDED, enabled="alarms.pv.enabled")
-    low: float = register("alarms.pv.low", -UNBOUNDED, enabled="alarms.pv.enabled")
-    high: float = register("alarms.pv.high", UNBOUNDED, enabled="alarms.pv.enabled")
-    high_high: float = register("alarms.pv.high_high", UNBOUNDED, enabled="alarms.pv.enabled")
-    yellow: float = register("alarms.deviation.yellow", UNBOUNDED, enabled="alarms.deviation.enabled")
-    red: float = register("alarms.deviation.red", UNBOUNDED, enabled="alarms.deviation.enabled")
-    rate_of_change: float = register("alarms.rate_of_change", UNBOUNDED, enabled="alarms.rate_of_change_enabled")
+    low_low: float = register("alarms.pv.low_low", -UNBOUNDED, enabled_by="alarms.pv.enabled")
+    low: float = register("alarms.pv.low", -UNBOUNDED, enabled_by="alarms.pv.enabled")
+    high: float = register("alarms.pv.high", UNBOUNDED, enabled_by="alarms.pv.enabled")
+    high_high: float = register("alarms.pv.high_high", UNBOUNDED, enabled_by="alarms.pv.enabled")
+    yellow: float = register("alarms.deviation.yellow", UNBOUNDED, enabled_by="alarms.deviation.enabled")
+    red: float = register("alarms.deviation.red", UNBOUNDED, enabled_by="alarms.deviation.enabled")
+    rate_of_change: float = register("alarms.rate_of_change", UNBOUNDED, enabled_by="alarms.rate_of_change_enabled")
     hysteresis: float = register("alarms.hysteresis", 0.0)
     # ramp/soak
     rs_enabled: int = register("ramp_soak.enabled", 0)
@@ -150,7 +150,7 @@ class Config(CountsConfig):
     """Seconds of one unit of the reset word: 1 or 60."""
     reset_step: float = 0.1
     """Last digit of the reset word in its unit."""
-    least_period: int = 50_000
+    min_period: int = 50_000
     """Shortest sample rate for this number of loops."""
 
 
@@ -159,7 +159,7 @@ class State(RequestState):
     """One loop's words and memory that the controller writes."""
 
     period: int = 50_000
-    pending: int = FIRST
+    pending: int = FIRST_SAMPLE
     """What has to be attended to, as a set of bits; 0 in quiet operation."""
     last_slow_loop: int = -1
     """In loop 1: the slow loop that was served last."""
@@ -185,12 +185,12 @@ class State(RequestState):
     alarm_band_high: float = -UNBOUNDED
     alarm_band_sp: float = 0.0
     # modes
-    prior: int = MANUAL
+    prior_mode: int = MANUAL
     """Mode when the CPU left Run."""
     # ramp/soak
     rs_command: int = 0
     rs_step: int = 0
-    rs_left: float = 0.0
+    rs_ticks_left: float = 0.0
     """Ticks of the soak that are left."""
     rs_sp: float = 0.0
     """Set point with its fraction."""
@@ -208,20 +208,20 @@ class State(RequestState):
 Values = Mapping[str, Any]
 """Decoded values by path; quantities in counts."""
 
-SLOW = 2 * TICKS
+SLOW_PERIOD = 2 * TICKS
 """Sample rates above this are calculated at most one a scan."""
 
 
-class NoWord(NamedTuple):
+class BadWord(NamedTuple):
     """A word that is no value of its format, in words, and whether it is a setting, not what the PLC writes."""
 
     text: str
-    setting: bool
+    is_setting: bool
 
 
-OF_SCALES = ("pv.format", "output.format", "pv.square_root")
+SCALE_CHOICES = ("pv.format", "output.format", "pv.square_root")
 """The choices that decide how counts are written."""
-KEPT_TABLES = 64
+CACHED_TABLES = 64
 """Ramp/soak tables that are kept decoded, and loops: all is decoded anew whenever a word is written, and in a batch the
 same words are written again and again."""
 
@@ -235,10 +235,10 @@ def raw_scales(bits: Values) -> dict[str, Scale]:
 
 def decode_block(
     table: RegisterMap, words: Sequence[int], scales: Mapping[str, Scale], start: int = 0
-) -> tuple[Values, list[NoWord]]:
+) -> tuple[Values, list[BadWord]]:
     """Every value of a block by path, and its words that have no value; ``start`` is where the block begins."""
     values: dict[str, Any] = {}
-    problems: list[NoWord] = []
+    problems: list[BadWord] = []
     points: tuple[Point, ...] = (*table.bits, *table.words)
     for row in points:
         if row.path is None:
@@ -249,19 +249,19 @@ def decode_block(
             values[row.path] = row.decode(words[row.offset], scales)
         except DecodeError as error:
             setting = bool(row.bits) or row.access != "status"
-            problems.append(NoWord(f"+{start + row.offset:02o} {row.title}: {error}; taken as 0", setting))
+            problems.append(BadWord(f"+{start + row.offset:02o} {row.title}: {error}; taken as 0", setting))
             values[row.path] = row.decode(0, scales)
     return values, problems
 
 
-def decode_loop(words: Sequence[int], reset_decimals: int) -> tuple[Values, list[NoWord]]:
+def decode_loop(words: Sequence[int], reset_decimals: int) -> tuple[Values, list[BadWord]]:
     """The 32 words of a loop, and which of them have no value."""
     values, problems = _decode_words(tuple(words), reset_decimals)
     return dict(values), list(problems)
 
 
-@lru_cache(maxsize=KEPT_TABLES)
-def _decode_words(words: Sequence[int], reset_decimals: int) -> tuple[Values, list[NoWord]]:
+@lru_cache(maxsize=CACHED_TABLES)
+def _decode_words(words: Sequence[int], reset_decimals: int) -> tuple[Values, list[BadWord]]:
     return decode_block(LOOP_TABLES[reset_decimals], words, {})
 
 
@@ -286,8 +286,8 @@ def configure_loop(config: Config, v: Values, reset_decimals: int, loops: int) -
     config.rs_fault = check_ramp_soak(v["ramp_soak.table"])
     config.reset_unit = 60.0 if v["tuning.reset_unit"] == "minutes" else 1.0
     config.reset_step = float(RESET[reset_decimals].step)
-    config.least_period = ticks(CPU.fast_rate if loops <= CPU.fast_loops else CPU.slow_rate)
-    config.period = max(ticks(v["sample_rate"]), config.least_period)
+    config.min_period = ticks(CPU.fast_rate if loops <= CPU.fast_loops else CPU.slow_rate)
+    config.period = max(ticks(v["sample_rate"]), config.min_period)
     config.halt = int(v["sample_rate"] == 0)
 
 
@@ -325,14 +325,14 @@ def set_gains(config: Config, state: State, v: Values, reset_decimals: int) -> N
     state.period = config.period
 
 
-def decode_profile(words: Sequence[int], v: Values) -> Sequence[tuple[Values, list[NoWord]]]:
+def decode_profile(words: Sequence[int], v: Values) -> Sequence[tuple[Values, list[BadWord]]]:
     """The pairs of a ramp/soak table, each with its words that have no value."""
-    return _word_pairs(tuple(words), *(v[path] for path in OF_SCALES))
+    return _word_pairs(tuple(words), *(v[path] for path in SCALE_CHOICES))
 
 
-@lru_cache(maxsize=KEPT_TABLES)
-def _word_pairs(words: Sequence[int], *formats: Any) -> Sequence[tuple[Values, list[NoWord]]]:
-    scales = raw_scales(dict(zip(OF_SCALES, formats, strict=True)))
+@lru_cache(maxsize=CACHED_TABLES)
+def _word_pairs(words: Sequence[int], *formats: Any) -> Sequence[tuple[Values, list[BadWord]]]:
+    scales = raw_scales(dict(zip(SCALE_CHOICES, formats, strict=True)))
     size = RAMP_SOAK_PAIR.size
     starts = range(0, RAMP_SOAK_SIZE, size)
     return [decode_block(RAMP_SOAK_PAIR, words[at : at + size], scales, at) for at in starts]
@@ -340,10 +340,10 @@ def _word_pairs(words: Sequence[int], *formats: Any) -> Sequence[tuple[Values, l
 
 def read_profile(words: Sequence[int], v: Values) -> Sequence[float]:
     """A ramp/soak table as the kernels want it: target, slope a second, seconds to soak, deviation for each pair."""
-    return _decode_profile(tuple(words), *(v[path] for path in OF_SCALES))
+    return _decode_profile(tuple(words), *(v[path] for path in SCALE_CHOICES))
 
 
-@lru_cache(maxsize=KEPT_TABLES)
+@lru_cache(maxsize=CACHED_TABLES)
 def _decode_profile(words: Sequence[int], *formats: Any) -> Sequence[float]:
     table: list[float] = []
     for pair, _ in _word_pairs(words, *formats):
@@ -367,7 +367,7 @@ def write_state(state: State, v: Values, path: str) -> None:
     """Words that the controller also writes: a value from outside replaces theirs."""
     if path == "setpoint.value":
         state.sp = state.goal_sp = count_value(v[path])
-        state.goal_writes = 1
+        state.goal_has_sp = 1
     elif path == "state.pv":
         state.pv = count_value(v[path])
     elif path == "state.bias":
@@ -387,14 +387,14 @@ def show_signals(config: Config, state: State, signals: MutableSequence[float]) 
     signals[config.out_slot] = config.out_low + (out - config.out_min) * config.out_width / config.out_span
     signals[config.step_slot] = float(state.rs_step)
     signals[config.bias_slot] = (
-        config.out_low + (nearest(state.bias) - config.out_min) * config.out_width / config.out_span
+        config.out_low + (round_half_even(state.bias) - config.out_min) * config.out_width / config.out_span
     )
 
 
 # --- The PID equation of the DL06 in both forms, line by line as the manual prints it ---------------------------------
 #
 # The engine works in fractions of the data range: the error is a fraction of the PV's span, the factors turn it into
-# output counts and carry the sign of the action (D30, D32). D numbers: see `dl06.ENGINE`.
+# output counts and carry the sign of the action (D30, D32). D numbers: see `dl06.ENGINE_DECISIONS`.
 
 
 def calculate_gains(config: Config, state: State) -> None:
@@ -441,7 +441,7 @@ def reset_past(state: State, error: float, derivative_input: float, sp: float) -
     state.derivative_input_1 = derivative_input
     state.derivative_input_2 = derivative_input
     state.previous_sp = sp
-    state.pending &= ~FRESH
+    state.pending &= ~NO_PAST
 
 
 def scale_bias(config: Config, state: State, sp: float) -> None:
@@ -517,7 +517,7 @@ def calculate_output(config: Config, state: State, sp: float, pv: float) -> floa
     # Error Term Configuration; derivative on error or PV; bumpless start; Step Bias
     error = calculate_error(config, sp, pv) if config.shapes_error else (sp - pv) / config.span
     derivative_input = -pv_on_sp_scale(config, pv) / config.span if config.derivative_on_pv else error
-    if state.pending & FRESH:
+    if state.pending & NO_PAST:
         reset_past(state, error, derivative_input, sp)
     if config.step_bias and sp != state.previous_sp:
         scale_bias(config, state, sp)

@@ -21,10 +21,10 @@ from pidcfg.sim.controllers.dl06.equation import (
     ALARM_ERROR,
     AUTO,
     CASCADE,
-    FRESH,
     GOAL,
     MANUAL,
     MODES,
+    NO_PAST,
     OVERFLOW,
     PROGRAM,
     REQUEST,
@@ -44,7 +44,7 @@ from pidcfg.sim.controllers.dl06.equation import (
     active_pv_alarms,
     renew_pv_alarms,
 )
-from pidcfg.sim.controllers.kernels import GOAL_ENDS, NEAREST, step_to, tell_request
+from pidcfg.sim.controllers.kernels import GOAL_ENDS, ROUNDING_MAGIC, step_to, tell_request
 from pidcfg.sim.controllers.plc import TICKS
 from pidcfg.sim.controllers.settings import Keys, check_fit, rows_of
 
@@ -92,7 +92,7 @@ def on_sp_scale(config: Config, pv: float) -> float:
     """The set point word that equals a PV word."""
     if config.square_root == 0:
         return pv
-    return sqrt(pv) + NEAREST - NEAREST if pv > 0.0 else 0.0
+    return sqrt(pv) + ROUNDING_MAGIC - ROUNDING_MAGIC if pv > 0.0 else 0.0
 
 
 def to_manual(i: int, configs: list[Config], states: list[State], reason: int) -> None:
@@ -104,7 +104,7 @@ def to_manual(i: int, configs: list[Config], states: list[State], reason: int) -
         major = configs[i].major if state.status & CASCADE else -1
         stop_tune(state)
         state.status = (state.status & ~MODES) | MANUAL
-        state.requested = 0
+        state.requested_mode = 0
         tell_request(state, reason)
         i = major
         reason = OVERRIDE_MINOR
@@ -130,7 +130,7 @@ def transfer_mode(i: int, wanted: int, configs: list[Config], states: list[State
         if config.bumpless == 1:
             state.sp = on_sp_scale(config, state.pv)
         state.status &= ~OVERFLOW
-        state.pending |= FRESH
+        state.pending |= NO_PAST
     if wanted == AUTO and now == CASCADE and config.major >= 0:
         to_manual(config.major, configs, states, OVERRIDE_MINOR)
     if wanted == CASCADE and config.bumpless == 1 and config.major >= 0:
@@ -161,7 +161,7 @@ def refusal_reason(i: int, wanted: int, configs: list[Config], states: list[Stat
 def request_mode(i: int, wanted: int, configs: list[Config], states: list[State]) -> int:
     """Request a mode: it is entered, or the reason of the refusal is returned."""
     state = states[i]
-    state.requested = wanted
+    state.requested_mode = wanted
     if state.status & MODES == wanted:
         return 0
     reason = refusal_reason(i, wanted, configs, states)
@@ -175,7 +175,7 @@ def waits_for_minor(i: int, configs: list[Config], states: list[State]) -> bool:
     for j in range(len(configs)):
         state = states[j]
         minor = configs[j].major == i and configs[j].halt == 0
-        if minor and state.goal == CASCADE and state.refused == 0 and state.status & CASCADE == 0:
+        if minor and state.goal == CASCADE and state.refused_reasons == 0 and state.status & CASCADE == 0:
             return True
     return False
 
@@ -185,7 +185,7 @@ def approach_goal(i: int, configs: list[Config], states: list[State]) -> None:
     state = states[i]
     now = state.status & MODES
     if now == state.goal:
-        if state.goal_writes:
+        if state.goal_has_sp:
             state.sp = state.goal_sp
         state.pending &= ~GOAL
         state.goal = 0
@@ -194,8 +194,8 @@ def approach_goal(i: int, configs: list[Config], states: list[State]) -> None:
     if now == MANUAL and waits_for_minor(i, configs, states):
         return
     reason = request_mode(i, wanted, configs, states)
-    if reason and (state.refused >> reason) & 1 == 0:
-        state.refused |= 1 << reason
+    if reason and (state.refused_reasons >> reason) & 1 == 0:
+        state.refused_reasons |= 1 << reason
         tell_request(state, reason)
 
 
@@ -203,19 +203,19 @@ def restore_mode(i: int, configs: list[Config], states: list[State]) -> None:
     """Return to the mode before Program mode; the CPU forces it, so nothing refuses."""
     state = states[i]
     state.pending &= ~RESTORE
-    state.requested = 0
-    if state.status & MODES == state.prior:
+    state.requested_mode = 0
+    if state.status & MODES == state.prior_mode:
         return
     if state.status & ALARM_ERROR:
-        state.requested = state.prior
+        state.requested_mode = state.prior_mode
         tell_request(state, REFUSED_ALARM_ERROR)
         return
     transfer_mode(i, AUTO, configs, states)
-    if state.prior == CASCADE and configs[i].major < 0:
-        state.requested = CASCADE
+    if state.prior_mode == CASCADE and configs[i].major < 0:
+        state.requested_mode = CASCADE
         tell_request(state, REFUSED_NO_REMOTE)
         return
-    if state.prior == CASCADE:
+    if state.prior_mode == CASCADE:
         transfer_mode(i, CASCADE, configs, states)
     tell_request(state, RESTORED)
 
@@ -248,7 +248,7 @@ def update_mode(i: int, configs: list[Config], states: list[State]) -> None:
 # with its fraction is `State.rs_sp`; only its rounded value is a word.
 
 STEPS = 16
-FIELDS = 4
+PAIR_SIZE = 4
 """Floats of a pair in `aux`: target, slope a second, seconds to soak, allowed deviation (0: any)."""
 
 REFUSED_RS_OFF = 20
@@ -277,12 +277,12 @@ def end_profile(state: State, flags: int) -> None:
 
 def begin_step(config: Config, state: State, aux: list[float], step: int) -> None:
     """Enter a step; the profile ends behind step 16 and at a slope of 0 (D55)."""
-    if step > STEPS or (step % 2 == 1 and aux[config.rs_table + (step - 1) // 2 * FIELDS + 1] <= 0.0):
+    if step > STEPS or (step % 2 == 1 and aux[config.rs_table + (step - 1) // 2 * PAIR_SIZE + 1] <= 0.0):
         end_profile(state, RS_COMPLETE)
         return
     state.rs_step = step
     if step % 2 == 0:
-        state.rs_left = aux[config.rs_table + (step - 1) // 2 * FIELDS + 2] * TICKS
+        state.rs_ticks_left = aux[config.rs_table + (step - 1) // 2 * PAIR_SIZE + 2] * TICKS
     state.aux_status = (state.aux_status & RS_HELD) | step * RS_STEP
 
 
@@ -316,7 +316,7 @@ def execute_command(config: Config, state: State, aux: list[float]) -> None:
     elif command & RS_RESUME:
         state.aux_status &= ~RS_HELD
         # the set point goes on with its fraction, unless somebody has written the word meanwhile
-        if state.rs_sp + NEAREST - NEAREST != state.sp:
+        if state.rs_sp + ROUNDING_MAGIC - ROUNDING_MAGIC != state.sp:
             state.rs_sp = state.sp
     elif command & RS_JOG:
         begin_step(config, state, aux, state.rs_step + 1)
@@ -324,16 +324,16 @@ def execute_command(config: Config, state: State, aux: list[float]) -> None:
 
 def advance_step(config: Config, state: State, aux: list[float]) -> None:
     """One sample of the step that is active."""
-    pair = config.rs_table + (state.rs_step - 1) // 2 * FIELDS
+    pair = config.rs_table + (state.rs_step - 1) // 2 * PAIR_SIZE
     if state.rs_step % 2 == 1:
         target = aux[pair]
         state.rs_sp = step_to(state.rs_sp, target, aux[pair + 1] * (state.period / TICKS))
-        state.sp = state.rs_sp + NEAREST - NEAREST
+        state.sp = state.rs_sp + ROUNDING_MAGIC - ROUNDING_MAGIC
         if state.rs_sp == target:
             begin_step(config, state, aux, state.rs_step + 1)
         return
-    state.rs_left -= state.period
-    if state.rs_left < 0.5 * state.period:
+    state.rs_ticks_left -= state.period
+    if state.rs_ticks_left < 0.5 * state.period:
         begin_step(config, state, aux, state.rs_step + 1)
 
 
@@ -341,7 +341,7 @@ def check_deviation(config: Config, state: State, aux: list[float]) -> None:
     """Renew the soak deviation bit; it is on only while a soak sees the PV too far from the set point."""
     state.aux_status &= ~RS_DEVIATION
     if state.rs_step and state.rs_step % 2 == 0:
-        allowed = aux[config.rs_table + (state.rs_step - 1) // 2 * FIELDS + 3]
+        allowed = aux[config.rs_table + (state.rs_step - 1) // 2 * PAIR_SIZE + 3]
         if allowed > 0.0 and abs(state.sp - on_sp_scale(config, state.pv)) > allowed:
             state.aux_status |= RS_DEVIATION
 
@@ -360,16 +360,16 @@ def advance_profile(config: Config, state: State, aux: list[float]) -> None:
         state.rs_command = 0
         end_profile(state, state.aux_status & RS_COMPLETE)
         return
-    active = state.rs_step
+    active_step = state.rs_step
     if state.rs_command:
         started = state.rs_command == RS_START
         execute_command(config, state, aux)
-        if active == 0 or state.rs_step != active or started:
-            active = 0
-    if active and state.status & CASCADE and state.aux_status & RS_HELD == 0:
+        if active_step == 0 or state.rs_step != active_step or started:
+            active_step = 0
+    if active_step and state.status & CASCADE and state.aux_status & RS_HELD == 0:
         state.aux_status |= RS_HELD
         tell_request(state, HELD_BY_CASCADE)
-    if active and state.aux_status & RS_HELD == 0 and state.pending & PROGRAM == 0:
+    if active_step and state.aux_status & RS_HELD == 0 and state.pending & PROGRAM == 0:
         advance_step(config, state, aux)
     if state.rs_step == 0:
         state.pending &= ~SOAK
@@ -428,10 +428,10 @@ AUX_BITS = {
 # Keys are those of a loop in the configuration file (``tuning.gain``, ``alarms.pv.high``). Short forms: ``setpoint``,
 # ``output`` and ``bias`` with a number, and the last part of a key where only one register has it (``gain``).
 
-SHORT = {"setpoint": "setpoint.value", "output": "state.output", "bias": "state.bias"}
-EVENTS = {"mode": "mode", "autotune": "autotune", "autotune.start": "autotune", "ramp_soak.request": "ramp_soak"}
+SHORT_FORMS = {"setpoint": "setpoint.value", "output": "state.output", "bias": "state.bias"}
+EVENT_KEYS = {"mode": "mode", "autotune": "autotune", "autotune.start": "autotune", "ramp_soak.request": "ramp_soak"}
 """Keys that have an event instead, and the key of that event."""
-FIXED = {"pv.transfer", "output.transfer", "state.pv"}
+UNSETTABLE_FIELDS = {"pv.transfer", "output.transfer", "state.pv"}
 """Cannot be set in a running loop: wiring, and the word that the analog input overwrites."""
 CASCADE_FROM = "cascade_from"
 
@@ -450,8 +450,8 @@ Scales = Mapping[str, Scale]
 @cache
 def settable_keys(reset_decimals: int) -> Keys:
     """What can be set in a loop whose reset word has so many decimals."""
-    rows = rows_of([LOOP_TABLES[reset_decimals]], FIXED | set(EVENTS))
-    return Keys(rows, SHORT, EVENTS, PARSERS, parser_of)
+    rows = rows_of([LOOP_TABLES[reset_decimals]], UNSETTABLE_FIELDS | set(EVENT_KEYS))
+    return Keys(rows, SHORT_FORMS, EVENT_KEYS, PARSERS, parser_of)
 
 
 def parser_of(word: Word) -> Callable[[object], object]:

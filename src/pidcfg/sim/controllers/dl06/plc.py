@@ -28,9 +28,9 @@ from pidcfg.sim.controllers.dl06 import equation as bits
 from pidcfg.sim.controllers.dl06 import operate as dl06_modes
 from pidcfg.sim.controllers.dl06.autotune import POINTS, REQUESTED, TUNE_RUNS, change_rate, stop_tune
 from pidcfg.sim.controllers.dl06.equation import (
-    SLOW,
+    SLOW_PERIOD,
+    BadWord,
     Config,
-    NoWord,
     State,
     Values,
     alarm_error,
@@ -65,7 +65,7 @@ from pidcfg.sim.controllers.dl06.operate import (
 from pidcfg.sim.controllers.kernels import NEVER, tell_request
 from pidcfg.sim.controllers.plc import TICKS, CountsPlc, low_and_width
 from pidcfg.sim.controllers.settings import items_of
-from pidcfg.sim.engine.expressions import NoValue
+from pidcfg.sim.engine.expressions import BadValue
 from pidcfg.sim.judgement.report import ScanTime, TuneReport
 from pidcfg.text.frozen import frozen
 from pidcfg.text.references import DL06
@@ -74,14 +74,14 @@ from pidcfg.text.references import DL06
 # How much the loops lengthen the PLC's scan, by the formula of the manual ("PID Loop Effect on CPU Scan Time").
 
 BASIS = DL06.cite("PID Loop Effect on CPU Scan Time")
-CALCULATION = (150e-6, 250e-6, 350e-6)
+CALCULATION_SECONDS = (150e-6, 250e-6, 350e-6)
 """Seconds of one loop calculation: minimum, typical, maximum; it depends on the options that are selected."""
 
 
 def scan_time(without_loops: float, sample_rates: Iterable[float]) -> ScanTime:
     """The scan time without loops, plus for each loop (scan time / sample rate) x calculation time."""
-    share = sum(without_loops / rate for rate in sample_rates)
-    low, typical, high = (without_loops + share * seconds for seconds in CALCULATION)
+    loop_share = sum(without_loops / rate for rate in sample_rates)
+    low, typical, high = (without_loops + loop_share * seconds for seconds in CALCULATION_SECONDS)
     return ScanTime(low, typical, high)
 
 
@@ -93,7 +93,7 @@ def scan_time(without_loops: float, sample_rates: Iterable[float]) -> ScanTime:
 ALARM_WORD = "no*"
 """The manual's mark of a word that is read only when its alarm's enable bit goes from 0 to 1."""
 
-ENABLES = {
+WORDS_BY_ENABLE = {
     "alarms.pv.enabled": ("alarms.pv.", "alarms.hysteresis"),
     "alarms.deviation.enabled": ("alarms.deviation.", "alarms.hysteresis"),
     "alarms.rate_of_change_enabled": ("alarms.rate_of_change",),
@@ -106,13 +106,13 @@ class Loop:
     """A loop's words, and what no word holds."""
 
     name: str
-    goal: str
+    initial_mode: str
     pv_range: tuple[Decimal, Decimal] | None
     out_range: tuple[Decimal, Decimal] | None
     decimals: int
     """Implied decimals of the reset word."""
     memory: list[int]
-    read: list[int]
+    read_words: list[int]
     values: Values
     """Decoded from the words that have been read; quantities in counts."""
     results_stored: bool = True
@@ -135,16 +135,16 @@ class Loop:
 
     def reread(self, *, alarms: bool) -> None:
         """Read the words at a change of the CPU's mode; those of the alarms at the change to Run only (D648)."""
-        old = self.read[:]
-        self.read[:] = self.memory
+        old = self.read_words[:]
+        self.read_words[:] = self.memory
         for word in () if alarms else LOOP_TABLE.words:
             if word.read_when == ALARM_WORD:
-                self.read[word.offset] = old[word.offset]
+                self.read_words[word.offset] = old[word.offset]
         self.decode()
 
     def decode(self) -> None:
         """Renew the values from the words that have been read."""
-        self.values, _ = decode_loop(self.read, self.decimals)
+        self.values, _ = decode_loop(self.read_words, self.decimals)
 
     def store(self, row: Point, word: int) -> str | None:
         """Write raw content, of a choice its bits in place; returns why the controller does not know it yet, if so."""
@@ -153,17 +153,17 @@ class Loop:
         self.memory[row.offset] = word
         if row.read_when in READ_LATE:
             return f"+{row.offset:02o} {READ_LATE[row.read_when]}"
-        self.read[row.offset] = word
+        self.read_words[row.offset] = word
         if rose:
             self._read_alarms(str(row.path))
         self.decode()
         return None
 
     def _read_alarms(self, path: str) -> None:
-        for start in ENABLES.get(path, ()):
+        for start in WORDS_BY_ENABLE.get(path, ()):
             for word in LOOP_TABLE.words:
                 if str(word.path).startswith(start):
-                    self.read[word.offset] = self.memory[word.offset]
+                    self.read_words[word.offset] = self.memory[word.offset]
 
     def store_results(self, config: Config, state: State) -> None:
         """Put what an auto-tune has written into the words."""
@@ -174,11 +174,13 @@ class Loop:
         self.results = [float(value) for value in results.values()]
         for name, value in results.items():
             word = LOOP_TABLES[self.decimals].find_word(name)
-            self.memory[word.offset] = self.read[word.offset] = word.encode(value)
+            self.memory[word.offset] = self.read_words[word.offset] = word.encode(value)
         self.decode()
 
 
-def loop_of(words: Mapping[int, int], start: int, entry: Mapping[str, Any], decimals: int) -> tuple[Loop, list[NoWord]]:
+def loop_of(
+    words: Mapping[int, int], start: int, entry: Mapping[str, Any], decimals: int
+) -> tuple[Loop, list[BadWord]]:
     """A loop from the memory at ``start`` and its entry in the image's settings; its words that have no value.
 
     Those of its ramp/soak table count where the generator is enabled.
@@ -192,7 +194,7 @@ def loop_of(words: Mapping[int, int], start: int, entry: Mapping[str, Any], deci
     if values["ramp_soak.enabled"]:
         table = [words.get(values["ramp_soak.table"] + k, 0) for k in range(RAMP_SOAK_SIZE)]
         for _, wrong in decode_profile(table, values):
-            problems += [NoWord(f"ramp/soak table {one.text}", one.setting) for one in wrong]
+            problems += [BadWord(f"ramp/soak table {one.text}", one.is_setting) for one in wrong]
     return loop, problems
 
 
@@ -247,7 +249,7 @@ class Dl06(CountsPlc):
     tuned_names = ("gain", "reset", "rate", "sample_rate")
     alarm_bits: Mapping[str, int] = ALARM_BITS
     alarm_limits: Mapping[str, str] = ALARM_LIMITS
-    unreached = bits.UNBOUNDED
+    no_limit = bits.UNBOUNDED
     flag_bits: Mapping[str, int] = FLAG_BITS
     aux_bits: Mapping[str, int] = AUX_BITS
     reasons: Mapping[int, str] = REASONS
@@ -257,17 +259,17 @@ class Dl06(CountsPlc):
 
     def __init__(self, image: Image, options: Options | None = None) -> None:
         self._words, self._options, self._plc = image.words, options or Options(), image.plc
-        self.problems: list[NoValue] = []
+        self.problems: list[BadValue] = []
         if self._options.number_of_loops is not None:
             self._words[LOOP_COUNT] = int(str(self._options.number_of_loops), 16)
-        self._setup = self._check()
+        self._setup = self._check_setup()
         count = len(image.settings) or min(self._setup.count, CPU.loops)
-        self._loops = [self._loop(i, image) for i in range(count)]
+        self._loops = [self._load_loop(i, image) for i in range(count)]
         self.loops = [loop.name for loop in self._loops]
-        self.goals = [loop.goal for loop in self._loops]
+        self.initial_modes = [loop.initial_mode for loop in self._loops]
         self.place_loops(Config, State, SIGNALS, RAMP_SOAK_SIZE + POINTS)
         for i in range(count):
-            self._begin(i)
+            self._begin_loop(i)
         self.in_run = False
         self.run(0)
         self.scale_loops()
@@ -287,31 +289,31 @@ class Dl06(CountsPlc):
         self._words[number] = raw
         for i, loop in enumerate(self._loops):
             if 0 <= number - loop.values["ramp_soak.table"] < RAMP_SOAK_SIZE:
-                self._apply(i)
+                self._apply_words(i)
 
-    def _check(self) -> Setup:
+    def _check_setup(self) -> Setup:
         return check_setup(self._words.get(TABLE_POINTER, 0), self._words.get(LOOP_COUNT, 0))
 
-    def _loop(self, i: int, image: Image) -> Loop:
+    def _load_loop(self, i: int, image: Image) -> Loop:
         entry = {"loop": default_name(i), **(image.settings[i] if i < len(image.settings) else {})}
         decimals = int(image.plc.get("reset_decimals", 1))
         start = self._words.get(TABLE_POINTER, 0) + i * LOOP_TABLE.size
         loop, problems = loop_of(self._words, start, entry, decimals)
-        self.problems += [NoValue(i, text, setting) for text, setting in problems]
+        self.problems += [BadValue(i, text, setting) for text, setting in problems]
         return loop
 
-    def _begin(self, i: int) -> None:
+    def _begin_loop(self, i: int) -> None:
         """What a loop starts with: the controller's words, its goal, and its places in the shared vectors."""
         config, state, v = self.configs[i], self.states[i], self._loops[i].values
         config.rs_table = i * RAMP_SOAK_SIZE
         config.tune_buffer = len(self._loops) * RAMP_SOAK_SIZE + i * POINTS
         config.interlock, config.step_bias = int(self._options.auto_interlock), int(self._options.step_bias)
         config.derivative_on_pv = int(self._plc.get("derivative") == "pv")
-        self._apply(i)
+        self._apply_words(i)
         for path in ("setpoint.value", "state.pv", "state.bias", "state.output"):
             write_state(state, v, path)
-        state.goal = 0 if self.goals[i] == "manual" else MODE_BITS[self.goals[i]]
-        state.goal_writes = int(self._loops[i].has_setpoint)
+        state.goal = 0 if self.initial_modes[i] == "manual" else MODE_BITS[self.initial_modes[i]]
+        state.goal_has_sp = int(self._loops[i].has_setpoint)
         state.pending |= bits.GOAL if state.goal else 0
         if not (v["ramp_soak.enabled"] or v["ramp_soak.table"]):
             self.signals[config.step_slot] = ""
@@ -319,17 +321,17 @@ class Dl06(CountsPlc):
         state.pending |= bits.SOAK if state.rs_command else 0
         if v["autotune.start"]:
             self._start_tune(i)
-        self._show(i, self.signal_values)
+        self._show_signals(i, self.signal_values)
 
-    def _apply(self, i: int) -> None:
+    def _apply_words(self, i: int) -> None:
         """Make the words that the controller has read its configuration."""
         words, config, state = self._loops[i], self.configs[i], self.states[i]
         v = words.values
         form, period = config.velocity, state.period
         configure_loop(config, v, words.decimals, self._setup.count)
-        state.pending |= bits.FRESH if config.velocity != form else 0  # another form has no past (D681)
+        state.pending |= bits.NO_PAST if config.velocity != form else 0  # another form has no past (D681)
         config.halt = int(config.halt or not self._setup.is_running or i >= self._setup.count)
-        config.slow = int(self._options.scan_time > 0 and config.period > SLOW)
+        config.slow = int(self._options.scan_time > 0 and config.period > SLOW_PERIOD)
         self._follow_pointer(i)
         config.pv_low, config.pv_width = low_and_width(words.pv_range, config.pv_min, config.pv_span)
         config.out_low, config.out_width = low_and_width(words.out_range, config.out_min, config.out_span)
@@ -357,17 +359,17 @@ class Dl06(CountsPlc):
     def _start_tune(self, i: int) -> None:
         """Bit 7 of +01 goes on."""
         words, state = self._loops[i], self.states[i]
-        state.requested = 0
+        state.requested_mode = 0
         if state.status & bits.TUNING:
             tell_request(state, TUNE_RUNS)
-        elif self._calculated(i):
+        elif self._is_calculated(i):
             words.store_results(self.configs[i], state)
             words.results_stored = False
             state.tune_done = 0
             state.tune_phase = REQUESTED
             state.pending |= bits.TUNE
 
-    def _calculated(self, i: int) -> bool:
+    def _is_calculated(self, i: int) -> bool:
         """Whether a loop is calculated at all; leaves a notice when it is not."""
         state = self.states[i]
         if self.configs[i].halt:
@@ -378,14 +380,14 @@ class Dl06(CountsPlc):
             return True
         return False
 
-    def _show(self, i: int, signals: MutableSequence[float]) -> None:
+    def _show_signals(self, i: int, signals: MutableSequence[float]) -> None:
         """The signals of a loop as its words say."""
         show_signals(self.configs[i], self.states[i], signals)
 
     @classmethod
-    def is_about_mode(cls, requested: int, reason: int) -> bool:
+    def is_about_mode(cls, requested_mode: int, reason: int) -> bool:
         """Whether a notice concerns the mode: a refusal if a mode was requested, an override always."""
-        return reason in dl06_modes.MODE_REASONS and bool(requested or reason > dl06_modes.LAST_REFUSAL)
+        return reason in dl06_modes.MODE_REASONS and bool(requested_mode or reason > dl06_modes.LAST_REFUSAL)
 
     @classmethod
     def profile_step(cls, aux_status: int) -> str:
@@ -396,7 +398,7 @@ class Dl06(CountsPlc):
     # --- the CPU -----------------------------------------------------------------------------------------------------
 
     @property
-    def rises(self) -> list[bool]:
+    def output_raises_pv(self) -> list[bool]:
         """Direct action: the PV rises with the output."""
         return [not config.reverse for config in self.configs]
 
@@ -408,18 +410,18 @@ class Dl06(CountsPlc):
     def output_limits(self, loop: int, signals: Sequence[float]) -> tuple[float, float]:
         """+30 and +31, within the data range."""
         config = self.configs[loop]
-        share = config.out_width / config.out_span
-        return config.out_low + (config.output_low_limit - config.out_min) * share, config.out_low + (
+        scale = config.out_width / config.out_span
+        return config.out_low + (config.output_low_limit - config.out_min) * scale, config.out_low + (
             config.output_high_limit - config.out_min
-        ) * share
+        ) * scale
 
     def alarm_level(self, loop: int, alarm: str) -> float | None:
         """The counts of a limit on the scale of the PV, which the signal before a root has, too."""
         counts, config = super().alarm_level(loop, alarm), self.configs[loop]
         if counts is None:
             return None
-        share = config.pv_width / config.pv_span
-        return config.pv_low + (counts - config.pv_min) * share if alarm.startswith("pv_") else counts * share
+        scale = config.pv_width / config.pv_span
+        return config.pv_low + (counts - config.pv_min) * scale if alarm.startswith("pv_") else counts * scale
 
     def inner_deviation(self, loop: int) -> float | None:
         """The yellow deviation alarm; of a root it has another scale than the PV."""
@@ -454,17 +456,17 @@ class Dl06(CountsPlc):
 
     def start(self, tick: int) -> None:
         """The program-to-run transition: all words are read, loops begin anew and return to their modes (D49, D648)."""
-        self._setup = self._check()
+        self._setup = self._check_setup()
         for i, loop in enumerate(self._loops):
             config, state = self.configs[i], self.states[i]
             loop.store_results(config, state)
             loop.reread(alarms=True)
-            self._apply(i)
+            self._apply_words(i)
             state.due = NEVER if config.halt else tick
-            if state.pending & bits.STOPPED and state.prior != bits.MANUAL:
+            if state.pending & bits.STOPPED and state.prior_mode != bits.MANUAL:
                 state.pending |= bits.RESTORE
             state.pending &= ~(bits.STOPPED | bits.PV_STALE | bits.OUTPUT_CUT | bits.PROGRAM)
-            state.pending |= bits.FIRST
+            state.pending |= bits.FIRST_SAMPLE
 
     def stop(self, signals: MutableSequence[float]) -> None:
         """The CPU stops: loops go to Manual and are not calculated, except those that are independent of its mode.
@@ -474,46 +476,46 @@ class Dl06(CountsPlc):
         for i, (config, state) in enumerate(zip(self.configs, self.states, strict=True)):
             self._loops[i].store_results(config, state)
             self._loops[i].reread(alarms=False)
-            self._apply(i)
+            self._apply_words(i)
             if config.independent:
                 state.pending |= bits.PROGRAM
                 state.pending |= 0 if config.fetches_pv else bits.PV_STALE
                 state.pending |= 0 if config.carries_output else bits.OUTPUT_CUT
             else:
-                state.prior = state.status & bits.MODES
+                state.prior_mode = state.status & bits.MODES
                 state.pending |= bits.STOPPED
                 stop_tune(state)
         for state in self.states:
-            if state.pending & bits.STOPPED and state.prior != bits.MANUAL:
-                state.requested = 0
+            if state.pending & bits.STOPPED and state.prior_mode != bits.MANUAL:
+                state.requested_mode = 0
                 state.status = (state.status & ~bits.MODES) | bits.MANUAL
                 tell_request(state, dl06_modes.OVERRIDE_PROGRAM)
         for config, state in zip(self.configs, self.states, strict=True):
-            if state.pending & bits.STOPPED and state.prior & bits.CASCADE:
+            if state.pending & bits.STOPPED and state.prior_mode & bits.CASCADE:
                 # an independent major loop does not go on alone (D680)
                 dl06_modes.to_manual(config.major, self.configs, self.states, dl06_modes.OVERRIDE_MINOR)
         for i in range(len(self.states)):
-            self._show(i, signals)
+            self._show_signals(i, signals)
 
     # --- the operator ------------------------------------------------------------------------------------------------
 
     def request(self, loop: int, mode: str) -> None:
         """A one-shot mode request; it takes the place of the configured one, granted or not (D68, D643)."""
         state = self.states[loop]
-        state.requested = MODE_BITS[mode]
+        state.requested_mode = MODE_BITS[mode]
         if state.pending & bits.GOAL and not self.configs[loop].halt:
             tell_request(state, dl06_modes.GIVEN_UP)
         state.goal = 0
         state.pending &= ~bits.GOAL
-        if self._calculated(loop):
+        if self._is_calculated(loop):
             state.request = MODE_BITS[mode]
             state.pending |= bits.REQUEST
 
     def ramp_soak(self, loop: int, command: str) -> None:
         """``start``, ``hold``, ``resume`` or ``jog``: a control bit of +33 goes on."""
         state = self.states[loop]
-        state.requested = 0
-        if self._calculated(loop):
+        state.requested_mode = 0
+        if self._is_calculated(loop):
             state.rs_command |= COMMANDS[command]
             state.pending |= bits.SOAK
 
@@ -521,7 +523,7 @@ class Dl06(CountsPlc):
         """``start``: bit 7 of +01 goes on."""
         self._start_tune(loop)
 
-    def tuned(self, loop: int) -> TuneReport | None:
+    def tuning_result(self, loop: int) -> TuneReport | None:
         """How the auto-tune of a loop went; None when there was none."""
         words, state = self._loops[loop], self.states[loop]
         words.store_results(self.configs[loop], state)
@@ -545,34 +547,34 @@ class Dl06(CountsPlc):
         refuse_misfit(rows, parsed, words.values, words.scales())
         return parsed
 
-    def period_set(self, loop: int, path: tuple[str, ...], value: Any) -> int:
+    def new_period(self, loop: int, path: tuple[str, ...], value: Any) -> int:
         """The sample rate that a value for this key makes, in ticks; 0: the key is something else."""
         rows = find_rows(path, self._loops[loop].decimals)
         if str(rows[0].path) != "sample_rate":
             return 0
-        return max(ticks(stored_rate(rows[0], value)), self.configs[loop].least_period) if value else 0
+        return max(ticks(stored_rate(rows[0], value)), self.configs[loop].min_period) if value else 0
 
     def set(self, loop: int, path: tuple[str, ...], value: Any, signals: MutableSequence[float]) -> str | None:
         """Write a value to its registers; returns why it has no effect yet, or none at all, if so."""
         words = self.memory(loop)
         rows = find_rows(path, words.decimals)
         scales = words.scales()
-        written = [(row, encode_setting(row, item, words.values, scales)) for row, item in items_of(rows, value)]
-        return self.write(loop, written, signals)
+        contents = [(row, encode_setting(row, item, words.values, scales)) for row, item in items_of(rows, value)]
+        return self.write(loop, contents, signals)
 
-    def write(self, loop: int, written: Sequence[tuple[Point, int]], signals: MutableSequence[float]) -> str | None:
+    def write(self, loop: int, contents: Sequence[tuple[Point, int]], signals: MutableSequence[float]) -> str | None:
         """Write raw contents, of a choice its bits in place; as `set` otherwise."""
-        words, late = self.memory(loop), []
-        for row, raw in written:
+        words, reasons = self.memory(loop), []
+        for row, raw in contents:
             reason = words.store(row, raw)
             if reason is None:
-                self._apply(loop)
+                self._apply_words(loop)
                 write_state(self.states[loop], words.values, str(row.path))
                 reason = overruling_reason(self.configs[loop], self.states[loop], str(row.path))
             if reason is not None:
-                late.append(reason)
-        self._show(loop, signals)
-        return "; ".join(late) or None
+                reasons.append(reason)
+        self._show_signals(loop, signals)
+        return "; ".join(reasons) or None
 
     def _output_address(self, name: str) -> int:
         """Address of the output word of a loop."""

@@ -10,10 +10,10 @@ from pidcfg.encoders.regmap import Bits, Word
 from pidcfg.sim.controllers.dl06.autotune import run_autotune
 from pidcfg.sim.controllers.dl06.equation import (
     CASCADE,
-    FIRST,
-    FRESH,
+    FIRST_SAMPLE,
     GOAL,
     MANUAL,
+    NO_PAST,
     OUTPUT_CUT,
     OVERFLOW,
     PV_STALE,
@@ -33,16 +33,16 @@ from pidcfg.sim.controllers.dl06.equation import (
 )
 from pidcfg.sim.controllers.dl06.operate import (
     COMMANDS,
-    FIXED,
     MODE_BITS,
     OVERRIDE_OVERFLOW,
+    UNSETTABLE_FIELDS,
     ramp_soak,
     to_manual,
     update_mode,
 )
 from pidcfg.sim.controllers.dl06.plc import Dl06, Options, load
-from pidcfg.sim.controllers.kernels import NEAREST, nearest
-from pidcfg.sim.controllers.settings import NO_LOOP, NO_REGISTER, NO_VALUE, Done, RegisterError, Registers
+from pidcfg.sim.controllers.kernels import ROUNDING_MAGIC, round_half_even
+from pidcfg.sim.controllers.settings import NO_LOOP, NO_REGISTER, NO_VALUE, RegisterError, Registers, WriteResult
 from pidcfg.sim.costs import COSTS
 
 # --- The virtual DL06: one scan of its loop task ----------------------------------------------------------------------
@@ -59,7 +59,7 @@ from pidcfg.sim.costs import COSTS
 
 __all__ = ["COST", "INLINED", "Config", "Dl06", "Options", "State", "load", "sample", "scan"]
 
-LARGEST = 2147483647.0
+MAX_OUTPUT_COUNTS = 2147483647.0
 """An output beyond a signed 32-bit number of counts is an overflow (D40)."""
 MODE_WORK = TRIP | RESTORE | REQUEST | GOAL
 
@@ -80,27 +80,27 @@ def sample(i: int, configs: list[Config], states: list[State], aux: list[float],
         if pending & STOPPED:
             return
     # Process variable: the A/D converter saturates; D679: the word is whole counts
-    low, least = config.pv_low, config.pv_min
+    low, minimum = config.pv_low, config.pv_min
     width, span = config.pv_width, config.pv_span
-    pv = (signals[config.in_slot] - low) * span / width + least
+    pv = (signals[config.in_slot] - low) * span / width + minimum
     if pv >= config.pv_max:
         pv = config.pv_max
-    elif pv > least:
-        pv = pv + NEAREST - NEAREST
+    elif pv > minimum:
+        pv = pv + ROUNDING_MAGIC - ROUNDING_MAGIC
     else:
-        pv = least
+        pv = minimum
     previous_pv = state.pv
     # PV filter: k (PV - PV(n-1)) + PV(n-1). D48: the first sample has no past; D36: it works on words
-    if pending & FIRST:
+    if pending & FIRST_SAMPLE:
         previous_pv = pv
     elif pending & PV_STALE:
         pv = previous_pv
     if config.filter < 1.0:
-        pv = previous_pv + config.filter * (pv - previous_pv) + NEAREST - NEAREST
+        pv = previous_pv + config.filter * (pv - previous_pv) + ROUNDING_MAGIC - ROUNDING_MAGIC
     state.pv = pv
 
     if pending:
-        state.pending = pending & ~FIRST
+        state.pending = pending & ~FIRST_SAMPLE
         if pending & MODE_WORK:
             update_mode(i, configs, states)
             # into Cascade a bumpless transfer writes the major loop's output (D41)
@@ -129,19 +129,19 @@ def sample(i: int, configs: list[Config], states: list[State], aux: list[float],
     ):
         renew_alarms(config, state, pv, previous_pv, sp)
         centre = sp * abs(sp) if config.square_root else sp
-        signals[config.sp_slot] = low + (centre - least) * width / span
+        signals[config.sp_slot] = low + (centre - minimum) * width / span
 
     if pending & TUNE:
         run_autotune(config, state, aux, sp)
         pending = state.pending
     # Control output: the equation, then its limits
     if status & MANUAL == 0 and pending & RELAY == 0:
-        if config.is_special or pending & FRESH:
+        if config.is_special or pending & NO_PAST:
             output = calculate_output(config, state, sp, pv)
         else:
             error = (sp - pv) / config.span
             output = calculate_position(config, state, error, error)
-        if output > LARGEST or output < -LARGEST:
+        if output > MAX_OUTPUT_COUNTS or output < -MAX_OUTPUT_COUNTS:
             state.status |= OVERFLOW
             to_manual(i, configs, states, OVERRIDE_OVERFLOW)
         else:
@@ -150,14 +150,14 @@ def sample(i: int, configs: list[Config], states: list[State], aux: list[float],
             if output < config.output_low_limit:
                 output = config.output_low_limit
             state.unrounded_output = output
-            state.out = output + NEAREST - NEAREST
+            state.out = output + ROUNDING_MAGIC - ROUNDING_MAGIC
 
-    signals[config.pv_slot] = low + (pv - least) * width / span
-    low, least = config.out_low, config.out_min
+    signals[config.pv_slot] = low + (pv - minimum) * width / span
+    low, minimum = config.out_low, config.out_min
     width, span = config.out_width, config.out_span
     if pending & OUTPUT_CUT == 0:
-        signals[config.out_slot] = low + (state.out - least) * width / span
-    signals[config.bias_slot] = low + (state.bias + NEAREST - NEAREST - least) * width / span
+        signals[config.out_slot] = low + (state.out - minimum) * width / span
+    signals[config.bias_slot] = low + (state.bias + ROUNDING_MAGIC - ROUNDING_MAGIC - minimum) * width / span
 
 
 def next_slow(tick: int, configs: list[Config], states: list[State]) -> int:
@@ -176,16 +176,16 @@ def next_slow(tick: int, configs: list[Config], states: list[State]) -> int:
 
 def scan(tick: int, configs: list[Config], states: list[State], aux: list[float], signals: list[float]) -> None:
     """One scan at ``tick``: every fast loop that is due, and at most one slow one where scans have a length."""
-    chosen = -2
+    slow_loop = -2
     for i in range(len(configs)):
         state = states[i]
         due = state.due
         if tick < due:
             continue
         if configs[i].slow:
-            if chosen == -2:
-                chosen = next_slow(tick, configs, states)
-            if i != chosen:
+            if slow_loop == -2:
+                slow_loop = next_slow(tick, configs, states)
+            if i != slow_loop:
                 continue
         due += state.period
         state.due = due if due > tick else tick + state.period
@@ -211,10 +211,10 @@ class Dl06Registers(Registers):
             for row in LOOP_TABLE.words
         }
 
-    def places(self) -> dict[int, int]:
+    def loops_by_register(self) -> dict[int, int]:
         """Loop tables; set-up words and ramp/soak tables belong to no loop here."""
         others = {number for number in self.plc.words if number not in self._rows}
-        return dict.fromkeys([*others, ERROR_FLAGS], NO_LOOP) | super().places()
+        return dict.fromkeys([*others, ERROR_FLAGS], NO_LOOP) | super().loops_by_register()
 
     def contents(self, loop: int, signals: Sequence[float]) -> Mapping[int, int]:
         """As the words are after the last scan."""
@@ -223,21 +223,21 @@ class Dl06Registers(Registers):
             return others | {ERROR_FLAGS: self.plc.flags["V7642"]}
         memory = self.plc.memory(loop).memory
         held = {row.name: memory[row.offset] for row in LOOP_TABLE.words}
-        return self.contents_by_number(loop, held | dict(self._written(loop)))
+        return self.contents_by_number(loop, held | dict(self._controller_words(loop)))
 
-    def _written(self, loop: int) -> Iterator[tuple[str, int]]:
+    def _controller_words(self, loop: int) -> Iterator[tuple[str, int]]:
         """Words that the controller writes."""
         state, values, memory = self.plc.states[loop], self.plc.memory(loop).values, self.plc.memory(loop).memory
         pv = FORMATS[values["pv.format"]]
         output = FORMATS[values["output.format"] or values["pv.format"]]
-        counted = (
+        counted_words = (
             ("setpoint", pv, state.sp),
             ("pv", pv, state.pv),
             ("bias", output, state.bias),
             ("output", output, state.out),
         )
-        for name, kind, value in counted:
-            counts = int(nearest(value))
+        for name, kind, value in counted_words:
+            counts = int(round_half_even(value))
             try:
                 yield name, kind.codec.encode(counts)
             except EncodeError:
@@ -248,26 +248,26 @@ class Dl06Registers(Registers):
         yield "ramp_soak_flags", state.aux_status & ~_requests(LOOP_TABLE.offset_of("ramp_soak_flags"))
         yield "ramp_soak_errors", state.rs_error
 
-    def write(self, number: int, raw: int, signals: MutableSequence[float]) -> Done:
+    def write(self, number: int, raw: int, signals: MutableSequence[float]) -> WriteResult:
         """A word; bits of it that are requests are carried out, and those that the PLC writes stay."""
         name = SPACE.name(number)
         if number not in self._rows:
             return self._write_other(number, raw)
         loop, row = self._rows[number]
         if row.path is None and row.access == "status":
-            raise self.read_only(name, row)
-        if row.path in FIXED:
+            raise self.read_only_error(name, row)
+        if row.path in UNSETTABLE_FIELDS:
             raise RegisterError(NO_REGISTER, f"{name} ({row.title}) is wired, or written by the analog input")
         if row.path is None:
             return self._write_bits(loop, row, raw, signals)
         memory = self.plc.memory(loop)
         self.decode(name, LOOP_TABLES[memory.decimals].words[row.offset].decode, raw, raw_scales(memory.values))
         late = self.plc.write(loop, [(row, raw)], signals)
-        return Done.setting(row.path, f"{name} = {SPACE.content_text(number, raw)}", late)
+        return WriteResult.setting(row.path, f"{name} = {SPACE.content_text(number, raw)}", late)
 
-    def _write_bits(self, loop: int, word: Word, raw: int, signals: MutableSequence[float]) -> Done:
+    def _write_bits(self, loop: int, word: Word, raw: int, signals: MutableSequence[float]) -> WriteResult:
         """The bits of a word, one choice after the other."""
-        changes: list[Done] = []
+        changes: list[WriteResult] = []
         memory = self.plc.memory(loop).memory
         for row in LOOP_TABLE.bits:
             bits = raw & row.mask
@@ -281,24 +281,24 @@ class Dl06Registers(Registers):
                 except DecodeError as error:
                     raise RegisterError(NO_VALUE, str(error)) from None
                 late = self.plc.write(loop, [(row, bits)], signals)
-                changes.append(Done.setting(row.path, value, late))
+                changes.append(WriteResult.setting(row.path, value, late))
         mode = next((one.mode for one in changes if one.mode), None)
-        return Done(", ".join(one.text for one in changes) or f"wrote {word.name}, nothing new", mode)
+        return WriteResult(", ".join(one.text for one in changes) or f"wrote {word.name}, nothing new", mode)
 
-    def _request(self, loop: int, row: Bits, bits: int) -> Done:
+    def _request(self, loop: int, row: Bits, bits: int) -> WriteResult:
         """A mode, an auto-tune, or a command of the ramp/soak generator."""
         if row.offset == LOOP_TABLE.offset_of("ramp_soak_flags"):
             command = next(name for name, bit in COMMANDS.items() if bits & bit)
             self.plc.ramp_soak(loop, command)
-            return Done(f"ramp/soak {command}")
+            return WriteResult(f"ramp/soak {command}")
         if row.path == "autotune.start":
             self.plc.autotune(loop)
-            return Done("auto-tune start")
+            return WriteResult("auto-tune start")
         mode = next(name for name, bit in MODE_BITS.items() if bits & bit)
         self.plc.request(loop, mode)
-        return Done(f"request mode {mode}", mode)
+        return WriteResult(f"request mode {mode}", mode)
 
-    def _write_other(self, number: int, raw: int) -> Done:
+    def _write_other(self, number: int, raw: int) -> WriteResult:
         """A set-up word, which counts at the next change to Run, or a word of a ramp/soak table."""
         name = SPACE.name(number)
         if number == ERROR_FLAGS:
@@ -306,7 +306,7 @@ class Dl06Registers(Registers):
         if number == LOOP_COUNT:
             self.decode(name, bcd_digits, raw)
         self.plc.write_other(number, raw)
-        return Done(f"set {name} to {SPACE.content_text(number, raw)}")
+        return WriteResult(f"set {name} to {SPACE.content_text(number, raw)}")
 
 
 def _requests(offset: int) -> int:

@@ -6,7 +6,7 @@ from pidcfg.text.references import Decision
 
 # --- What the virtual DPIDE does where its manual is silent: every place where a real PLC may turn out to differ ------
 
-ENGINE = (
+ENGINE_DECISIONS = (
     Decision(
         265,
         "DPIDE's calculation, operation by operation",

@@ -41,7 +41,7 @@ TUNE_ERROR = 64
 """The last autotune ended without results."""
 
 # What is pending besides the equation (`State.pending`)
-FRESH = 1
+NO_PAST = 1
 """The next calculation of the algorithm has no past."""
 REQUEST = 2
 """`State.wanted_mode` is another mode."""
@@ -70,10 +70,10 @@ class Config(LoopConfig):
     """The derivative is that of PV."""
     forward_action: int = register("PID_DIR", 0)
     """E = SV - PV."""
-    sv_from: int = -1
+    sv_writer: int = -1
     """The loop whose MV shares the device of SV, so that it writes SV (D266); -1: none; likewise the next two."""
-    bias_from: int = -1
-    mout_from: int = -1
+    bias_writer: int = -1
+    mout_writer: int = -1
     dead_band: float = 0.0
     """The absolute value of ERR_DBW."""
     lowest_mv: float = 0.0
@@ -139,7 +139,7 @@ class State(RelayState):
 #
 # MV = P + I_MV + D + BIAS. Independent: P = Kp E, I_MV sums Ki E Ts, D = Kd x. Dependent: P = Kc E, I_MV sums Kc/Ti E
 # Ts, D = Kc Td x. x, ``slope``, is the derivative of the error, or that of PV with the sign that makes it act like one.
-# The manual: The PID algorithm, and PID Block Diagram. D numbers: see `dpide.ENGINE`.
+# The manual: The PID algorithm, and PID Block Diagram. D numbers: see `dpide.ENGINE_DECISIONS`.
 
 BUMP_SHARE = 0.01
 """Share of the way between the limits that MV moves by at most without a word when manual ends (D272)."""
@@ -189,7 +189,7 @@ def apply_dead_band(config: Config, state: State, error: float) -> float:
 def calculate_slope(config: Config, state: State, error: float) -> float:
     """What the derivative's gain is multiplied with; the first one is 0 (D267), the gain comes last (D686)."""
     # D267: first derivative is 0
-    if state.pending & FRESH:
+    if state.pending & NO_PAST:
         state.smoothed_derivative = 0.0
         state.previous_error = error
         state.previous_pv = state.pv
@@ -240,7 +240,7 @@ def calculate_mv(config: Config, state: State, error: float) -> None:
     output = single(single(single(proportional_term + integral) + derivative_term) + state.bias)
     if isnan(output):
         state.out = clamp(previous_output, config.lowest_mv, config.highest_mv)
-        state.pending |= FRESH
+        state.pending |= NO_PAST
         return
     # MV_LIMIT: MV_MAX, MV_MIN
     if config.lowest_mv <= output <= config.highest_mv:
@@ -259,7 +259,7 @@ def calculate_mv(config: Config, state: State, error: float) -> None:
         and abs(state.out - previous_output) > BUMP_SHARE * (config.highest_mv - config.lowest_mv)
     ):
         state.notice = add_notice(state.notice, 0, MV_JUMPS)
-    state.pending &= ~(FRESH | FROM_MANUAL)
+    state.pending &= ~(NO_PAST | FROM_MANUAL)
 
 
 # --- The signals of a DPIDE instruction: what its operands hold -------------------------------------------------------
@@ -299,13 +299,13 @@ REASONS = {
     ABANDONED: "autotune ended without results",
 }
 
-GAIN, RESET, RATE = TYREUS_LUYBEN["PID"]
+GAIN_FACTOR, RESET_FACTOR, RATE_FACTOR = TYREUS_LUYBEN["PID"]
 """Of the ultimate gain and its period."""
-SMOOTHING = 0.1
+SMOOTHING_SHARE = 0.1
 """Tf is this share of the derivative time."""
-HYSTERESIS = 4.0
+HYSTERESIS_SIGMAS = 4.0
 """The relay's hysteresis in standard deviations of the noise."""
-RESPONSE_DEVIATIONS = 6.0
+RESPONSE_SIGMAS = 6.0
 """A PV that moves by this many standard deviations of its noise answers."""
 PATIENCE_SECONDS, PATIENCE_SAMPLES = 600.0, 256
 """Seconds and samples, both, after which a PV that does not move stops the autotune."""
@@ -313,13 +313,13 @@ SIGN_SECONDS, SIGN_SAMPLES = 14400.0, 1000
 """Seconds and samples, both, after which an error that keeps its sign stops the autotune."""
 BALANCE_TURN = 6
 """Switch at which a whole cycle, from `FIRST_TURN` on, tells the mean MV."""
-MOST_IMBALANCE, WORST_IMBALANCE = 0.1, 0.3
+REBALANCE_LIMIT, MAX_IMBALANCE = 0.1, 0.3
 """How far the share of a cycle in which the error is above 0 may be from a half: without another round, and at all."""
-ROUNDS = 4
+MAX_ROUNDS = 4
 """Times that the relay is put around its mean at most."""
-LEAST_SWING = 0.005
+MIN_SWING = 0.005
 """Share of the way between the limits that MV moves from its mean at least."""
-LEAST_PERIOD = 6.0
+MIN_PERIOD = 6.0
 """Samples of a cycle without which it is not measured."""
 
 
@@ -337,7 +337,7 @@ def leave_tuning(config: Config, state: State, mode: int) -> None:
     state.mode = mode
     state.wanted_mode = MANUAL if config.manual else AUTO
     state.status = (state.status & ~MODES) | state.wanted_mode
-    state.pending |= FRESH
+    state.pending |= NO_PAST
 
 
 def fail_autotune(config: Config, state: State, reason: int) -> None:
@@ -368,10 +368,10 @@ def is_usable(value: float) -> bool:
 
 def write_results(config: Config, state: State, ultimate: float, period: float, mean: float) -> None:
     """Results to their operands, and I_MV such that the algorithm goes on around the mean MV."""
-    gain = single(GAIN * ultimate)
-    reset = single(RESET * period)
-    rate = single(RATE * period)
-    tf = single(SMOOTHING * rate)
+    gain = single(GAIN_FACTOR * ultimate)
+    reset = single(RESET_FACTOR * period)
+    rate = single(RATE_FACTOR * period)
+    tf = single(SMOOTHING_SHARE * rate)
     if config.dependent == 0:
         reset = single(gain / reset)
         rate = single(gain * rate)
@@ -408,9 +408,9 @@ def measure_cycle(config: Config, state: State) -> None:
     amplitude = state.tune_swing / 4.0
     if amplitude <= 0.0:
         fail_autotune(config, state, NO_RESPONSE)
-    elif samples < LEAST_PERIOD:
+    elif samples < MIN_PERIOD:
         fail_autotune(config, state, TOO_FAST)
-    elif imbalance(state) > WORST_IMBALANCE:
+    elif imbalance(state) > MAX_IMBALANCE:
         fail_autotune(config, state, UNEVEN)
     else:
         ultimate = ultimate_gain(
@@ -429,7 +429,7 @@ def begin_relay(state: State, low: float, high: float) -> None:
 def balance_relay(config: Config, state: State, middle: float) -> None:
     """From now on MV swings as far up from its mean as down: both halves of the cycle then last equally long."""
     way = max(
-        min(middle - config.lowest_mv, config.highest_mv - middle), LEAST_SWING * (config.highest_mv - config.lowest_mv)
+        min(middle - config.lowest_mv, config.highest_mv - middle), MIN_SWING * (config.highest_mv - config.lowest_mv)
     )
     state.tune_rounds += 1
     begin_relay(state, max(config.lowest_mv, middle - way), min(config.highest_mv, middle + way))
@@ -439,7 +439,7 @@ def run_relay(config: Config, state: State, error: float) -> None:
     """One sample of the relay: the higher MV while the error is above 0, else the lower one."""
     side = relay_switch(state, state.pv, error, state.tune_band)
     if side:
-        if state.tune_turns == BALANCE_TURN and state.tune_rounds < ROUNDS and imbalance(state) > MOST_IMBALANCE:
+        if state.tune_turns == BALANCE_TURN and state.tune_rounds < MAX_ROUNDS and imbalance(state) > REBALANCE_LIMIT:
             balance_relay(config, state, mean_mv(state))
         state.out = clamp(state.tune_mv_high if side > 0 else state.tune_mv_low, config.lowest_mv, config.highest_mv)
         state.tune_base = state.pv
@@ -451,7 +451,7 @@ def run_relay(config: Config, state: State, error: float) -> None:
         state.tune_sum = 0.0
     state.tune_sum += state.out
     state.tune_pv_change = max(state.tune_pv_change, abs(state.pv - state.tune_base))
-    if state.tune_pv_change <= RESPONSE_DEVIATIONS * state.tune_noise and is_stalled(
+    if state.tune_pv_change <= RESPONSE_SIGMAS * state.tune_noise and is_stalled(
         state, PATIENCE_SAMPLES, PATIENCE_SECONDS
     ):
         fail_autotune(config, state, NO_RESPONSE)
@@ -465,7 +465,7 @@ def run_autotune(config: Config, state: State, error: float) -> None:
         fail_autotune(config, state, NO_RANGE)
     elif state.tune_phase == OBSERVING:
         if measure_noise(state, state.pv):
-            state.tune_band = HYSTERESIS * state.tune_noise
+            state.tune_band = HYSTERESIS_SIGMAS * state.tune_noise
             state.tune_phase = SWITCHING
             state.tune_rounds = 0
             begin_relay(state, config.lowest_mv, config.highest_mv)

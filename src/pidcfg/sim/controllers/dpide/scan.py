@@ -17,13 +17,13 @@ from pidcfg.sim.controllers.autotune import DONE, FAILED, TUNE_STATUS
 from pidcfg.sim.controllers.dpide import equation as bits
 from pidcfg.sim.controllers.dpide.equation import (
     AUTO,
-    FRESH,
     FROM_MANUAL,
     HALTING,
     IN_DEAD_BAND,
     LIMITED,
     MANUAL,
     MODES,
+    NO_PAST,
     OFF,
     REQUEST,
     STOPPED,
@@ -49,15 +49,15 @@ from pidcfg.sim.controllers.kernels import (
     register_values,
     single,
 )
-from pidcfg.sim.controllers.plc import COUNTS, SWITCH_AND_TUNE, TICKS, NamedPlc
+from pidcfg.sim.controllers.plc import COUNTS_PER_RANGE, SWITCH_AND_TUNE, TICKS, NamedPlc
 from pidcfg.sim.controllers.plc import ScanOptions as Options
 from pidcfg.sim.controllers.settings import (
     NO_VALUE,
-    Done,
     NamedKeys,
     RegisterError,
     Registers,
     Seconds,
+    WriteResult,
     parameters_of,
     parse_plain,
 )
@@ -79,7 +79,7 @@ def enter_mode(config: Config, state: State, mode: int) -> None:
     if mode == TUNING:
         start_tune(config, state)
     elif mode == AUTO:
-        state.pending |= FRESH
+        state.pending |= NO_PAST
         if before == MANUAL:
             state.pending |= FROM_MANUAL
 
@@ -132,7 +132,7 @@ TUNE_IDLE = 36
 IS_STOPPED = 37
 TUNE_WAITS_FOR_PLC = 38
 
-ABOUT_MODE = (WAITS_FOR_TUNE, WAITS_FOR_PLC)
+MODE_CODES = (WAITS_FOR_TUNE, WAITS_FOR_PLC)
 """Reasons that concern a requested mode."""
 REASONS = {
     **bits.REASONS,
@@ -151,7 +151,7 @@ REASONS = {
 # Short forms: ``setpoint`` is SV, ``output`` is MOUT.
 
 PID_MODES = (0, 1, 2)
-FIXED = {
+UNSETTABLE_OPERANDS = {
     "PV": "it comes from the plant",
     "MV": "the PLC writes it; MOUT does so in manual",
 }
@@ -171,17 +171,17 @@ def parse_seconds_in(value: object) -> Decimal:
     return parse_time(value) if isinstance(value, str) else parse_plain(value)
 
 
-def with_mark(name: str, value: object, content: Content) -> Content:
+def mark_time(name: str, value: object, content: Content) -> Content:
     """The content of an operand, marked where its value can be nothing but a time."""
     is_time = name in {"Ti_Ki", "Td_Kd"} and isinstance(value, str) and isinstance(parse_time(value), TimeNumber)
     return Seconds(content) if is_time else content
 
 
 KEYS = NamedKeys(
-    parameters_of(TABLES, FIXED),
+    parameters_of(TABLES, UNSETTABLE_OPERANDS),
     {"setpoint": "SV", "setpoint.value": "SV", "output": "MOUT"},
     {"mode": "mode", "autotune": "autotune"},
-    FIXED,
+    UNSETTABLE_OPERANDS,
     {
         "PID_MODE": parse_mode,
         "CYCLE": parse_milliseconds,
@@ -239,8 +239,8 @@ def sampling_time(cycle: int) -> int:
 def scale_of(scale: Scale, setpoint: float) -> tuple[float, float, int]:
     """The ends of PV's range; without one 0 to 1, widened to SV (D279)."""
     if scale.range is not None:
-        return float(scale.range[0]), float(scale.range[1]), COUNTS
-    return min(0.0, setpoint), max(1.0, setpoint), COUNTS
+        return float(scale.range[0]), float(scale.range[1]), COUNTS_PER_RANGE
+    return min(0.0, setpoint), max(1.0, setpoint), COUNTS_PER_RANGE
 
 
 def missing_effect(name: str, config: Config, state: State, operands: Operands, interval: int) -> str | None:
@@ -249,7 +249,7 @@ def missing_effect(name: str, config: Config, state: State, operands: Operands, 
     if name in NOT_NEGATIVE and value < 0:
         return "what is below 0 counts as 0"
     if name == "MOUT":
-        return _of_mout(config, state)
+        return _mout_effect(config, state)
     if name == "CYCLE" and interval:
         return "has no effect: the interval of the interrupt task is the sampling time"
     if name == "CYCLE" and state.period != value * MILLISECOND:
@@ -263,7 +263,7 @@ def missing_effect(name: str, config: Config, state: State, operands: Operands, 
     return None
 
 
-def _of_mout(config: Config, state: State) -> str | None:
+def _mout_effect(config: Config, state: State) -> str | None:
     if state.wanted_mode == OFF:
         return "MV stays 0 while PID_RUN is FALSE"
     if config.manual and state.wanted_mode != TUNING:
@@ -282,9 +282,9 @@ class Dpide(NamedPlc):
 
     configs: list[Config]
     states: list[State]
-    named, keys, sample_key = LOOPS, KEYS, "CYCLE"
+    table, keys, sample_key = LOOPS, KEYS, "CYCLE"
     config, state, slots = Config, State, SIGNALS
-    setpoint = KEYS.short["setpoint"]
+    setpoint = KEYS.short_forms["setpoint"]
     out_name = "MV"
     modes: Mapping[str, int] = MODE_BITS
     commands = SWITCH_AND_TUNE
@@ -292,7 +292,7 @@ class Dpide(NamedPlc):
     tuned_names = ("Kc_Kp", "Ti_Ki", "Td_Kd", "Tf")
     flag_bits: Mapping[str, int] = FLAG_BITS
     reasons: Mapping[int, str] = REASONS
-    about_mode = ABOUT_MODE
+    mode_codes = MODE_CODES
     form_key = "PID_EQ"
     mode_keys = ("PID_RUN", "PID_MAN", "PID_MODE")
 
@@ -302,7 +302,7 @@ class Dpide(NamedPlc):
         scales = [
             read_settings(Scale, entry.get("pv", {}), f"settings[{i}].pv") for i, entry in enumerate(self._settings)
         ]
-        self._ranged = [scale.range is not None for scale in scales]
+        self._has_range = [scale.range is not None for scale in scales]
         self.scales = [scale_of(scale, state.sp) for scale, state in zip(scales, self.states, strict=True)]
 
     def contents_of(self, words: Mapping[str, Any], loop: str) -> tuple[Operands, list[str]]:
@@ -311,14 +311,14 @@ class Dpide(NamedPlc):
 
     def prepare(self) -> None:
         """The interval of an interrupt task in ticks (0: none), and the devices of all operands."""
-        self._interval = (read_settings(PlcSettings, self._file, "plc").interrupt_task or 0) * MILLISECOND
+        self._interval = (read_settings(PlcSettings, self._plc_settings, "plc").interrupt_task or 0) * MILLISECOND
         self._devices = [dict(entry.get("devices", {})) for entry in self._settings]
 
     def begin(self, loop: int) -> None:
         """What an instruction starts with: its operands, the mode that they make, and who writes to its devices."""
         config, state = self.configs[loop], self.states[loop]
         configure_loop(config, state, self._contents[loop], self._interval)
-        config.sv_from, config.bias_from, config.mout_from = (
+        config.sv_writer, config.bias_writer, config.mout_writer = (
             self._writer(loop, name) for name in ("SV", "BIAS", "MOUT")
         )
         devices = self._devices[loop]
@@ -328,7 +328,7 @@ class Dpide(NamedPlc):
         state.wanted_mode = state.status & bits.MODES
         if state.status & bits.OFF:
             state.out = 0.0
-        self._join(loop)
+        self._join_mout(loop)
         show_signals(config, state, self.signal_values)
 
     def sample_ticks(self, value: Any) -> int:
@@ -343,7 +343,7 @@ class Dpide(NamedPlc):
             return bits.TUNING
         return bits.MANUAL if self.configs[i].manual else bits.AUTO
 
-    def _join(self, i: int) -> None:
+    def _join_mout(self, i: int) -> None:
         """One device of MOUT and MV holds what was written to it; 0 while PID_RUN is FALSE."""
         config, state = self.configs[i], self.states[i]
         if config.mout_is_mv and state.status & bits.OFF:
@@ -363,11 +363,11 @@ class Dpide(NamedPlc):
         for j, devices in enumerate(self._devices):
             shared = {name: places[device] for name, device in devices.items() if device in places and name != "MV"}
             if j == i:
-                self._put(j, shared | values)
+                self._put_operands(j, shared | values)
             elif shared:
-                self._put(j, shared)
+                self._put_operands(j, shared)
 
-    def _put(self, i: int, values: Mapping[str, float]) -> None:
+    def _put_operands(self, i: int, values: Mapping[str, float]) -> None:
         """A mode that operands make takes effect with the next calculation, FALSE for PID_RUN at once."""
         config, state = self.configs[i], self.states[i]
         before, period = state.mode, state.period
@@ -382,22 +382,22 @@ class Dpide(NamedPlc):
             state.pending |= bits.REQUEST | (bits.HALTING if state.wanted_mode == bits.OFF else 0)
         elif state.period != period and not state.pending & bits.STOPPED:
             change_rate(config, state)
-        self._join(i)
+        self._join_mout(i)
 
-    def _show(self, signals: MutableSequence[float]) -> None:
+    def _show_signals(self, signals: MutableSequence[float]) -> None:
         """The signals that an operator's change affects at once."""
         for config, state in zip(self.configs, self.states, strict=True):
             show_signals(config, state, signals)
 
     @property
-    def rises(self) -> list[bool]:
+    def output_raises_pv(self) -> list[bool]:
         """Forward action: PV rises with MV."""
         return [bool(config.forward_action) for config in self.configs]
 
     @property
     def masters(self) -> list[int]:
         """The loop whose MV stands in the device of SV (D266)."""
-        return [config.sv_from for config in self.configs]
+        return [config.sv_writer for config in self.configs]
 
     def intended_mode(self, loop: int, signals: Sequence[float]) -> str:
         """What PID_RUN, PID_MODE and PID_MAN say."""
@@ -405,7 +405,7 @@ class Dpide(NamedPlc):
 
     def pv_range(self, loop: int) -> tuple[float, float] | None:
         """``pv.range``; no operand has it."""
-        return self.scales[loop][:2] if self._ranged[loop] else None
+        return self.scales[loop][:2] if self._has_range[loop] else None
 
     def output_limits(self, loop: int, signals: Sequence[float]) -> tuple[float, float]:
         """MV_MIN and MV_MAX."""
@@ -444,7 +444,7 @@ class Dpide(NamedPlc):
         elif mode == "manual":
             self._write(loop, PID_RUN=True, PID_MAN=True)
         else:
-            self._write(loop, PID_RUN=True, PID_MAN=False, PID_MODE=self._automatic(loop))
+            self._write(loop, PID_RUN=True, PID_MAN=False, PID_MODE=self._automatic_mode(loop))
         if mode == "manual" and state.wanted_mode == bits.TUNING:
             leave_notice(state, WAITS_FOR_TUNE, self.request_code(mode))
         elif not self.in_run and state.wanted_mode != state.status & bits.MODES:
@@ -456,7 +456,7 @@ class Dpide(NamedPlc):
         if command == "cancel":
             if state.mode != 1:
                 leave_notice(state, TUNE_IDLE)
-            self._write(loop, PID_MODE=self._automatic(loop))
+            self._write(loop, PID_MODE=self._automatic_mode(loop))
         elif state.mode == 1:
             leave_notice(state, TUNE_RUNS)
         else:
@@ -466,12 +466,12 @@ class Dpide(NamedPlc):
             elif not self.in_run:
                 leave_notice(state, TUNE_WAITS_FOR_PLC)
 
-    def _automatic(self, loop: int) -> int:
+    def _automatic_mode(self, loop: int) -> int:
         """PID_MODE without an autotune."""
         state = self.states[loop]
         return state.previous_mode if state.mode == 1 else state.mode
 
-    def tuned(self, loop: int) -> TuneReport | None:
+    def tuning_result(self, loop: int) -> TuneReport | None:
         """How the last autotune of a loop went; None when there was none."""
         state = self.states[loop]
         running = bool(state.status & bits.TUNING)
@@ -497,12 +497,12 @@ class Dpide(NamedPlc):
             state.out = clamp(single(float(value.value)), config.lowest_mv, config.highest_mv)
         if config.mout_is_mv:
             state.mout = state.out
-        self._show(signals)
+        self._show_signals(signals)
 
     def check_set(self, loop: int, path: tuple[str, ...], value: object) -> object:
         """The content that a ``set`` event makes of its operand; a ``PydanticCustomError`` says what is wrong."""
         name = KEYS.find(path).name
-        content = with_mark(name, value, KEYS.check(path, value))
+        content = mark_time(name, value, KEYS.check(path, value))
         if name == "Ti_Ki" and isinstance(content, Seconds) and not self._dependent[loop]:
             refuse(
                 "set_value",
@@ -518,7 +518,7 @@ class Dpide(NamedPlc):
         if name == "Ti_Ki" and isinstance(value, Seconds) and not config.dependent:
             return "is not written: a time, but PID_EQ is FALSE now, and Ti_Ki the gain Ki in 1/s"
         self._write(loop, **{name: float(value) if isinstance(value, Seconds) else value})
-        self._show(signals)
+        self._show_signals(signals)
         if isinstance(value, Seconds) and not config.dependent:
             return f"PID_EQ is FALSE: the time counts as a gain Kd of {float(value):g}"
         writer = self._writer(loop, name)
@@ -559,12 +559,12 @@ def fetch_operands(i: int, configs: list[Config], states: list[State]) -> None:
     """What other loops have written to the devices of this one's operands (D266), if they are executed at all."""
     config = configs[i]
     state = states[i]
-    if config.sv_from >= 0 and configs[config.sv_from].halt == 0:
-        state.sp = states[config.sv_from].out
-    if config.bias_from >= 0 and configs[config.bias_from].halt == 0:
-        state.bias = states[config.bias_from].out
-    if config.mout_from >= 0 and configs[config.mout_from].halt == 0:
-        state.mout = states[config.mout_from].out
+    if config.sv_writer >= 0 and configs[config.sv_writer].halt == 0:
+        state.sp = states[config.sv_writer].out
+    if config.bias_writer >= 0 and configs[config.bias_writer].halt == 0:
+        state.bias = states[config.bias_writer].out
+    if config.mout_writer >= 0 and configs[config.mout_writer].halt == 0:
+        state.mout = states[config.mout_writer].out
 
 
 def sample(i: int, configs: list[Config], states: list[State], signals: list[float]) -> None:
@@ -624,7 +624,7 @@ class DpideRegisters(Registers):
         rows = ROWS.values()
         self._rows = {f"{loop}.{row.name}": (i, row) for i, loop in enumerate(plc.loops) for row in rows}
 
-    def places(self) -> dict[Any, int]:
+    def loops_by_register(self) -> dict[Any, int]:
         """Every operand with its loop; of those in one device the one first that says what it holds (D266)."""
         return {name: self._rows[name][0] for name in sorted(self._rows, key=self._rank)}
 
@@ -638,7 +638,7 @@ class DpideRegisters(Registers):
         held = self.plc.memory(loop)
         return self.contents_by_number(loop, {name: raw_of(row.type, held[name]) for name, row in ROWS.items()})
 
-    def write(self, number: Any, raw: int, signals: MutableSequence[float]) -> Done:
+    def write(self, number: Any, raw: int, signals: MutableSequence[float]) -> WriteResult:
         """An operand that the program or an operator may write."""
         loop, row = self._rows[number]
         row = self.find_parameter(KEYS, number, row.name)
@@ -649,4 +649,4 @@ class DpideRegisters(Registers):
         value = float(content) if row.type.kind == "real" else int(content)
         late = self.plc.set(loop, (row.name,), value, signals)
         mode = self.plc.intended_mode(loop, signals)
-        return Done.setting(number, content_text(row.type, content), late, mode if mode != before else None)
+        return WriteResult.setting(number, content_text(row.type, content), late, mode if mode != before else None)

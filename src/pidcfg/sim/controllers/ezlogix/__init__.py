@@ -7,7 +7,7 @@ from pidcfg.text.references import Decision
 # ----------------------------------------------------------------------------------------------------------------------
 # What the virtual EZLogix does where its manual is silent: every place where a real PLC may turn out to differ.
 
-ENGINE = (
+ENGINE_DECISIONS = (
     Decision(
         160,
         "gain 0",
@@ -191,7 +191,7 @@ ENGINE = (
 )
 """In the order of their numbers."""
 
-SHOWN = (
+SIGNAL_DECISIONS = (
     Decision(
         656,
         "the EZLogix's set point is shown within its limits at once",

@@ -17,7 +17,14 @@ from pidcfg.sim.controllers.autotune import (
     steepest_line,
     was_moving,
 )
-from pidcfg.sim.controllers.kernels import NEAREST, CountsConfig, CurveState, add_notice, nearest, register
+from pidcfg.sim.controllers.kernels import (
+    ROUNDING_MAGIC,
+    CountsConfig,
+    CurveState,
+    add_notice,
+    register,
+    round_half_even,
+)
 from pidcfg.sim.controllers.plc import TICKS
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -45,13 +52,13 @@ PV_STALE = 2
 """The PLC is stopped and nothing writes the PV's register."""
 OUTPUT_CUT = 4
 """The PLC is stopped and nothing carries the CV to an output."""
-FRESH = 8
+NO_PAST = 8
 """First calculation in Auto: the integral term follows the CV, and nothing has a past."""
 REQUEST = 16
 """Discrete +0 has been written: `State.wanted_mode`."""
 TUNE = 32
 """An autotune is started, cancelled, or runs."""
-HELD = 64
+CV_HELD = 64
 """The autotune has taken the CV over."""
 
 
@@ -129,7 +136,7 @@ class State(CurveState):
     """What became of discrete +4 since the last sample: 1 on, 2 off."""
     tune_status: int = 0
     """Base+12."""
-    tune_last: int = 0
+    last_tune_status: int = 0
     """How the last autotune ended, as Base+12 tells it."""
     tune_countdown: int = 0
     """Base+13: the countdown, in ticks."""
@@ -146,9 +153,9 @@ class State(CurveState):
 # The engine works in counts: an error in counts of the PV times the gain is the CV in counts. The manual: 6.1, PID
 # Algorithms used in EZLogix, and 6.2, PID Setup.
 
-FULL = float(CV_FULL)
+FULL_CV = float(CV_FULL)
 """Counts of the CV at 100 %."""
-LARGEST = 2147483647.0
+MAX_INTEGRAL = 2147483647.0
 """The integral term stays within a signed 32-bit number (D166)."""
 
 
@@ -170,7 +177,7 @@ def begin_auto(config: Config, state: State, derivative_input: float) -> None:
     state.integral = state.out - config.offset
     state.unlimited_cv = state.out
     state.derivative_input_1 = derivative_input
-    state.pending &= ~FRESH
+    state.pending &= ~NO_PAST
 
 
 def integrate_error(config: Config, state: State, error: float) -> None:
@@ -178,14 +185,14 @@ def integrate_error(config: Config, state: State, error: float) -> None:
     # Anti-Windup: nothing is added that drives the CV further into saturation
     change = state.ki * error
     if config.anti_windup and (
-        (change > 0.0 and state.unlimited_cv >= FULL) or (change < 0.0 and state.unlimited_cv <= 0.0)
+        (change > 0.0 and state.unlimited_cv >= FULL_CV) or (change < 0.0 and state.unlimited_cv <= 0.0)
     ):
         return
     total = state.integral + change
-    if total > LARGEST:
-        total = LARGEST
-    elif total < -LARGEST:
-        total = -LARGEST
+    if total > MAX_INTEGRAL:
+        total = MAX_INTEGRAL
+    elif total < -MAX_INTEGRAL:
+        total = -MAX_INTEGRAL
     state.integral = total
 
 
@@ -195,7 +202,7 @@ def calculate_cv(config: Config, state: State, error: float, derivative_input: f
     x, ``derivative_input``, is the error, or the PV with the error's sign (D161).
     """
     # PID Loop Mode: from manual to auto
-    if state.pending & FRESH:
+    if state.pending & NO_PAST:
         begin_auto(config, state, derivative_input)
     if state.ki > 0.0:
         integrate_error(config, state, error)
@@ -205,10 +212,10 @@ def calculate_cv(config: Config, state: State, error: float, derivative_input: f
     cv = state.kp * error + state.integral + state.kd * (derivative_input - state.derivative_input_1) + config.offset
     state.derivative_input_1 = derivative_input
     # Saturation at 0 and 4095. D168: the CV is whole counts
-    if cv >= FULL:
-        cv = FULL
+    if cv >= FULL_CV:
+        cv = FULL_CV
     elif cv > 0.0:
-        cv = cv + NEAREST - NEAREST
+        cv = cv + ROUNDING_MAGIC - ROUNDING_MAGIC
     else:
         cv = 0.0
     state.unlimited_cv = cv
@@ -238,7 +245,7 @@ def show_setpoint(config: Config, state: State, signals: MutableSequence[float])
 def show_output(config: Config, state: State, signals: MutableSequence[float]) -> None:
     """The CV; one that nothing carries on stays as it is (D672; kernel)."""
     if state.pending & (OUTPUT_CUT | STOPPED) == 0:
-        signals[config.out_slot] = config.out_low + state.out * config.out_width / FULL
+        signals[config.out_slot] = config.out_low + state.out * config.out_width / FULL_CV
 
 
 def show_signals(config: Config, state: State, signals: MutableSequence[float]) -> None:
@@ -246,7 +253,7 @@ def show_signals(config: Config, state: State, signals: MutableSequence[float]) 
     signals[config.pv_slot] = config.pv_low + (state.pv - config.pv_min) * config.pv_width / config.pv_span
     show_setpoint(config, state, signals)
     show_output(config, state, signals)
-    signals[config.bias_slot] = config.out_low + (state.integral + config.offset) * config.out_width / FULL
+    signals[config.bias_slot] = config.out_low + (state.integral + config.offset) * config.out_width / FULL_CV
     signals[config.error_slot] = state.error
     signals[config.status_slot] = state.tune_status * 1.0
     signals[config.countdown_slot] = state.tune_countdown // TICKS * 1.0
@@ -258,7 +265,7 @@ def show_signals(config: Config, state: State, signals: MutableSequence[float]) 
 # and so are gaps shorter than the minimum off time (D176). Cycles begin when the PLC starts (D174) and are as fine as
 # the base step (D175).
 
-DUTY = float(DUTY_FULL)
+FULL_DUTY = float(DUTY_FULL)
 """Counts that are a duty cycle of 100 %."""
 
 
@@ -269,7 +276,7 @@ def begin_cycle(tick: int, config: Config, state: State) -> None:
         start = tick
     state.cycle_start = start
     state.cycle_end = start + config.cycle
-    on = state.out * config.cycle / DUTY
+    on = state.out * config.cycle / FULL_DUTY
     if on <= 0.0 or on < config.min_on:
         on = 0.0
     elif config.cycle - on < config.min_off:
@@ -295,40 +302,40 @@ OBSERVING, RESPOND, COMPUTE = 1, 2, 3
 ON, OFF = 1, 2
 """`State.tune_command`."""
 
-STEP = 410.0
+STEP_COUNTS = 410.0
 """Counts: 10 % of the CV's range."""
-ENOUGH = 0.10
+MEASURABLE_SHARE = 0.10
 """An answer of this much of the PV's span is enough to measure its slope."""
-SMALL = 0.02
-DETECTABLE = 4.0
+MIN_CHANGE_SHARE = 0.02
+DETECTABLE_COUNTS = 4.0
 """Counts that the PV must move by to count as an answer, or six standard deviations of its noise."""
-BLOCKS = 6
-CLEAR = 8.0
+RISE_BLOCKS = 6
+CLEAR_RISE = 8.0
 """Counts, or eight standard deviations, that make a rise between two of these comparable with others."""
-REMAINDER = 1.5
+FINAL_CHANGE_FACTOR = 1.5
 """What a first-order answer comes to, once it rises half as fast as it did."""
-SETTLING = 24
+MIN_SETTLED_POINTS = 24
 """Points without which nothing counts as settled."""
-GAIN_MOST, RESET_MOST, RATE_MOST = highest(GAIN, HUNDREDTHS), highest(INTEGRAL, TENTHS), highest(DERIVATIVE, TENTHS)
+MAX_GAIN, MAX_RESET, MAX_RATE = highest(GAIN, HUNDREDTHS), highest(INTEGRAL, TENTHS), highest(DERIVATIVE, TENTHS)
 """What the registers may hold by the manual."""
-REASON = 32
+REASON_BASE = 32
 """Base+12 as the reason of a notice: it is added to this."""
-FAR, MOVING = 7, 8
+FAR_FROM_SP, PV_MOVING = 7, 8
 """Reasons of notices: an autotune that begins far from the set point (D622), or on a moving PV (D623)."""
 PLC_STOPPED, RATE_WRITTEN = 9, 10
 """Reasons of notices: a stop of the PLC (D173) or another sample rate (D695) has ended an autotune."""
-NEAR = 0.10
+MAX_START_SHARE = 0.10
 """Share of the PV's span."""
 
 
 def end_autotune(config: Config, state: State, status: int) -> None:
     """End the autotune with the CV of before; a loop in Auto continues with its integral term of before."""
-    if state.pending & HELD:
+    if state.pending & CV_HELD:
         state.out = state.tune_out
-    state.pending &= ~(TUNE | HELD)
+    state.pending &= ~(TUNE | CV_HELD)
     state.status &= ~TUNING
     state.tune_status = status
-    state.tune_last = status
+    state.last_tune_status = status
     state.tune_countdown = config.timeout
     if status > CANCELLED:
         state.status |= TUNE_ERROR
@@ -338,7 +345,7 @@ def end_tune(config: Config, state: State, status: int) -> None:
     """End the autotune, and tell of one without results."""
     end_autotune(config, state, status)
     if status != DONE:
-        state.notice = add_notice(state.notice, 0, REASON + status)
+        state.notice = add_notice(state.notice, 0, REASON_BASE + status)
 
 
 def stop_tune(config: Config, state: State) -> None:
@@ -370,29 +377,29 @@ def switch_tune(config: Config, state: State) -> None:
     if state.tune_status != IDLE:
         state.tune_status = IDLE
         return
-    if state.out + STEP > config.cv_high_limit:
+    if state.out + STEP_COUNTS > config.cv_high_limit:
         end_tune(config, state, NO_STEP)
         return
-    state.pending |= TUNE | HELD
+    state.pending |= TUNE | CV_HELD
     state.tune_out = state.out
     state.status |= TUNING
     state.tune_status = COLLECTING
     state.tune_countdown = config.timeout
     state.tune_phase = OBSERVING
     begin_noise(state)
-    if abs(state.error) > NEAR * config.pv_span:
-        state.notice = add_notice(state.notice, 0, FAR)
+    if abs(state.error) > MAX_START_SHARE * config.pv_span:
+        state.notice = add_notice(state.notice, 0, FAR_FROM_SP)
 
 
 def tell_moving(state: State, slope: float) -> None:
     """Leave a notice when the PV was moving before the step."""
     if was_moving(state, slope, 1.0):
-        state.notice = add_notice(state.notice, 0, MOVING)
+        state.notice = add_notice(state.notice, 0, PV_MOVING)
 
 
 def are_results_valid(gain: float, reset: float, rate: float, only_pi: int) -> bool:
     """Whether results, in last digits of their registers, lie within the manual's ranges and are not 0."""
-    if gain < 1.0 or gain > GAIN_MOST or reset < 1.0 or reset > RESET_MOST or rate > RATE_MOST:
+    if gain < 1.0 or gain > MAX_GAIN or reset < 1.0 or reset > MAX_RESET or rate > MAX_RATE:
         return False
     return only_pi == 1 or rate >= 1.0
 
@@ -404,10 +411,10 @@ def compute_results(config: Config, state: State, aux: list[float]) -> None:
     if slope <= 0.0:
         end_tune(config, state, NO_DIVISOR)
         return
-    gain, reset, rate, _ = curve_gains(config.tune_pi, STEP / (dead * slope), dead)
-    gain = nearest(gain * 100.0)
-    reset = nearest(reset * 10.0)
-    rate = nearest(rate * 10.0)
+    gain, reset, rate, _ = curve_gains(config.tune_pi, STEP_COUNTS / (dead * slope), dead)
+    gain = round_half_even(gain * 100.0)
+    reset = round_half_even(reset * 10.0)
+    rate = round_half_even(rate * 10.0)
     if not are_results_valid(gain, reset, rate, config.tune_pi):
         end_tune(config, state, OUT_OF_RANGE)
         return
@@ -423,42 +430,42 @@ def compute_results(config: Config, state: State, aux: list[float]) -> None:
 
 def is_flattening(state: State, first: int, aux: list[float]) -> bool:
     """Whether the answer rises half as fast as it did, between sixths of it: the steepest slope lies behind."""
-    width = state.tune_points // BLOCKS
-    at = first + state.tune_points - width
-    above = mean_of_points(aux, at, width)
-    recent = 0.0
-    best = 0.0
-    for j in range(1, BLOCKS):
-        below = mean_of_points(aux, at - j * width, width)
-        rise = above - below
-        above = below
+    width = state.tune_points // RISE_BLOCKS
+    start = first + state.tune_points - width
+    later_mean = mean_of_points(aux, start, width)
+    last_rise = 0.0
+    max_rise = 0.0
+    for j in range(1, RISE_BLOCKS):
+        earlier_mean = mean_of_points(aux, start - j * width, width)
+        rise = later_mean - earlier_mean
+        later_mean = earlier_mean
         if j == 1:
-            recent = rise
-        if rise > best:
-            best = rise
-    return best > max(CLEAR, 8.0 * state.tune_noise) and recent <= best / 2.0
+            last_rise = rise
+        if rise > max_rise:
+            max_rise = rise
+    return max_rise > max(CLEAR_RISE, 8.0 * state.tune_noise) and last_rise <= max_rise / 2.0
 
 
 def judge_answer(config: Config, state: State, aux: list[float]) -> int:
     """Whether the answer is complete: 0 not yet, 1 it is, 2 it goes the wrong way."""
     n = state.tune_points
-    few = max(1, n // 12)
+    window = max(1, n // 12)
     last = config.tune_buffer + n
-    state.tune_change = mean_of_points(aux, last - few, few)
+    state.tune_change = mean_of_points(aux, last - window, window)
     change = abs(state.tune_change)
-    detectable = max(DETECTABLE, 6.0 * state.tune_noise)
+    detectable = max(DETECTABLE_COUNTS, 6.0 * state.tune_noise)
     if change <= detectable:
         return 0
-    settled = False
-    if n >= SETTLING:
-        moved = abs(state.tune_change - mean_of_points(aux, last - n // 3, few))
-        settled = moved <= max(SMALL * change, state.tune_noise, 1.0)
+    has_settled = False
+    if n >= MIN_SETTLED_POINTS:
+        moved = abs(state.tune_change - mean_of_points(aux, last - n // 3, window))
+        has_settled = moved <= max(MIN_CHANGE_SHARE * change, state.tune_noise, 1.0)
     if state.tune_change < 0.0:
-        return 2 if settled else 0
-    if settled or change >= ENOUGH * config.pv_span:
+        return 2 if has_settled else 0
+    if has_settled or change >= MEASURABLE_SHARE * config.pv_span:
         return 1
-    if n >= SETTLING and is_flattening(state, config.tune_buffer, aux):
-        state.tune_change *= REMAINDER
+    if n >= MIN_SETTLED_POINTS and is_flattening(state, config.tune_buffer, aux):
+        state.tune_change *= FINAL_CHANGE_FACTOR
         return 1
     return 0
 
@@ -468,11 +475,11 @@ def record_response(config: Config, state: State, aux: list[float], x: float) ->
     rise = state.tune_base - x if config.direct else x - state.tune_base
     if not record_point(state, config.tune_buffer, aux, rise):
         return
-    how = judge_answer(config, state, aux)
-    if how == 1:
+    verdict = judge_answer(config, state, aux)
+    if verdict == 1:
         state.tune_status = CALCULATING
         state.tune_phase = COMPUTE
-    elif how == 2:
+    elif verdict == 2:
         tell_moving(state, 0.0)
         end_tune(config, state, NO_FIT)
 
@@ -487,7 +494,9 @@ def run_autotune(config: Config, state: State, aux: list[float], x: float) -> No
         compute_results(config, state, aux)
         return
     if state.tune_countdown <= 0:
-        detected = state.tune_phase == RESPOND and abs(state.tune_change) > max(DETECTABLE, 6.0 * state.tune_noise)
+        detected = state.tune_phase == RESPOND and abs(state.tune_change) > max(
+            DETECTABLE_COUNTS, 6.0 * state.tune_noise
+        )
         if detected:
             tell_moving(state, 0.0)
         end_tune(config, state, NO_FIT if detected else NO_DEAD_TIME)
@@ -496,7 +505,7 @@ def run_autotune(config: Config, state: State, aux: list[float], x: float) -> No
     if state.tune_phase == RESPOND:
         record_response(config, state, aux, x)
     elif measure_noise(state, x):
-        state.out = state.tune_out + STEP
+        state.out = state.tune_out + STEP_COUNTS
         state.tune_change = 0.0
         state.tune_phase = RESPOND
         begin_curve(state)

@@ -20,10 +20,10 @@ from pidcfg.sim.controllers.autotune import POINTS
 from pidcfg.sim.controllers.ezlogix import equation as bits
 from pidcfg.sim.controllers.ezlogix.equation import (
     AUTO,
-    FRESH,
-    FULL,
-    HELD,
+    CV_HELD,
+    FULL_CV,
     MODES,
+    NO_PAST,
     PV_STALE,
     REQUEST,
     SATURATED,
@@ -40,16 +40,16 @@ from pidcfg.sim.controllers.ezlogix.equation import (
     show_setpoint,
     show_signals,
 )
-from pidcfg.sim.controllers.kernels import NEAREST, NEVER, clamp, leave_notice, nearest, read_registers
+from pidcfg.sim.controllers.kernels import NEVER, ROUNDING_MAGIC, clamp, leave_notice, read_registers, round_half_even
 from pidcfg.sim.controllers.plc import SWITCH_AND_TUNE, TICKS, CountsPlc, low_and_width
 from pidcfg.sim.controllers.plc import NoOptions as Options
 from pidcfg.sim.controllers.settings import (
     NO_REGISTER,
     NOT_NOW,
-    Done,
     Keys,
     RegisterError,
     Registers,
+    WriteResult,
     items_of,
     rows_of,
 )
@@ -85,17 +85,17 @@ TUNE_RUNS = 6
 TUNE_STATUS = {code.number: code.title for code in CODES}
 """The manual's table of Base+12 in words."""
 REASONS = {
-    **{bits.REASON + n: f"autotune: {title} (status {n})" for n, title in TUNE_STATUS.items()},
+    **{bits.REASON_BASE + n: f"autotune: {title} (status {n})" for n, title in TUNE_STATUS.items()},
     WAITS_FOR_RATE: "waits: the loop is not calculated, its sample rate is below 0.05 s",
     WAITS_FOR_RUN: "waits: the PLC is stopped and the loop is not calculated",
     IS_STOPPED: "the PLC is stopped: the loop is not calculated, its outputs stay as they are",
     PV_IS_STALE: "the PLC is stopped: the loop goes on, but nothing renews its PV in an R register",
     OUTPUT_IS_CUT: "the PLC is stopped: the loop goes on, but nothing carries its CV from an R register to an output",
     TUNE_RUNS: "autotune is running already",
-    bits.FAR: "the autotune begins with the PV more than 10 % of its span from the set point (D622)",
+    bits.FAR_FROM_SP: "the autotune begins with the PV more than 10 % of its span from the set point (D622)",
     bits.PLC_STOPPED: "autotune cancelled: the PLC was stopped (status 4)",
     bits.RATE_WRITTEN: "autotune: the sample rate was changed (status 6, D695)",
-    bits.MOVING: "the PV was moving when the autotune began: do not trust its gains (D623)",
+    bits.PV_MOVING: "the PV was moving when the autotune began: do not trust its gains (D623)",
 }
 
 # --- What a scenario's ``set`` may write in a running loop, by the keys of its configuration --------------------------
@@ -106,7 +106,7 @@ REASONS = {
 CV = Word(-1, "cv", "output.value", Position("output"), "output", "Control Variable", "-", LIMITS)
 """The CV stands in its tag, outside the block."""
 
-EVENTS = {"mode": "mode", "autotune": "autotune"}
+EVENT_KEYS = {"mode": "mode", "autotune": "autotune"}
 PARSERS: Mapping[str, Callable[[object], object]] = {
     "sample_rate": parse_seconds,
     "tuning.proportional_gain": parse_number,
@@ -118,9 +118,9 @@ PARSERS: Mapping[str, Callable[[object], object]] = {
     "output.pulse.min_off": parse_seconds,
 }
 KEYS = Keys(
-    {**rows_of((R_BLOCK, S_BLOCK), EVENTS), str(CV.path): CV},
+    {**rows_of((R_BLOCK, S_BLOCK), EVENT_KEYS), str(CV.path): CV},
     {"setpoint": "setpoint.value", "output": str(CV.path)},
-    EVENTS,
+    EVENT_KEYS,
     PARSERS,
     lambda _word: parse_quantity,
 )
@@ -190,7 +190,7 @@ def ticks(seconds: Any) -> int:
     return int(seconds * TICKS)
 
 
-def configure_loop(config: Config, loop: Loop, *, goes_on: bool) -> None:
+def configure_loop(config: Config, loop: Loop, *, runs_when_stopped: bool) -> None:
     """A loop's `Config`; values beyond the manual's ranges are taken as they are (D171)."""
     dialog = loop.dialog
     read_registers(config, loop.values())
@@ -200,7 +200,7 @@ def configure_loop(config: Config, loop: Loop, *, goes_on: bool) -> None:
     config.out_low, config.out_width = low_and_width(dialog.output.range, 0.0, float(CV_FULL))
     config.halt = int(loop.word("sample_rate") < LEAST_SAMPLE_RATE)  # a sample rate below 0.05 s is none (D162)
     config.period = UNKNOWN_PERIOD if config.halt else ticks(loop.quantity("sample_rate"))
-    config.runs_when_stopped = int(goes_on)
+    config.runs_when_stopped = int(runs_when_stopped)
     config.fetches_pv = int(dialog.pv.tag.startswith("IR"))
     config.carries_output = int(dialog.output.tag.startswith("OR") or dialog.output.pulse is not None)
     config.scale = sqrt(config.pv_span) if config.square_root else 1.0
@@ -254,45 +254,45 @@ class Ezlogix(CountsPlc):
 
     def __init__(self, image: Image, options: Options | None = None) -> None:
         words = image.words
-        self._goes_on = bool(image.plc.get("process_when_stopped", True))
+        self._runs_when_stopped = bool(image.plc.get("process_when_stopped", True))
         dialogs = [read_settings(LoopSettings, entry, f"settings[{i}]") for i, entry in enumerate(image.settings)]
         self._loops = [loop_of(words, dialog) for dialog in dialogs]
         self.loops = [dialog.loop for dialog in dialogs]
-        self.goals = ["auto" if loop.bit("mode") else "manual" for loop in self._loops]
+        self.initial_modes = ["auto" if loop.bit("mode") else "manual" for loop in self._loops]
         self.place_loops(Config, State, SIGNALS, POINTS)
         for i in range(len(dialogs)):
-            self._begin(i, words)
+            self._begin_loop(i, words)
         self.scale_loops()
 
-    def _begin(self, i: int, words: Mapping[int, int]) -> None:
+    def _begin_loop(self, i: int, words: Mapping[int, int]) -> None:
         """What a loop starts with: its places in the shared vectors, its registers, and a request for its mode."""
         config, state, loop = self.configs[i], self.states[i], self._loops[i]
         if loop.dialog.output.pulse is None:
             self.signals[config.pulse_slot] = ""
         config.tune_buffer = i * POINTS
         number = tag_number(loop.dialog.output.tag)
-        config.inner_loop = self._setpoint_at(number, i)
+        config.inner_loop = self._find_setpoint(number, i)
         if config.inner_loop >= 0:
             self.configs[config.inner_loop].outer_loop = i
         held = 0 if number is None else words.get(number, 0)
         state.out = state.unlimited_cv = clamp(float(held), 0.0, float(CV_FULL))
         state.sp = float(loop.word("setpoint"))
-        self._apply(i)
+        self._apply_registers(i)
         state.pv, state.tune_countdown = config.pv_min, config.timeout
-        if self.goals[i] == "auto":
+        if self.initial_modes[i] == "auto":
             self.request(i, "auto")
-        self._show(i, self.signal_values)
+        self._show_signals(i, self.signal_values)
 
-    def _setpoint_at(self, number: int | None, i: int) -> int:
+    def _find_setpoint(self, number: int | None, i: int) -> int:
         """The other loop whose set point register has this number; -1: none."""
         places = [SPACE.number_of("R", loop.dialog.registers) + R_BLOCK.offset_of("setpoint") for loop in self._loops]
         return next((j for j, place in enumerate(places) if place == number and j != i), -1)
 
-    def _apply(self, i: int) -> None:
+    def _apply_registers(self, i: int) -> None:
         """Make the registers the controller's configuration."""
         config, state, loop = self.configs[i], self.states[i], self._loops[i]
         halted, period = config.halt, state.period
-        configure_loop(config, loop, goes_on=self._goes_on)
+        configure_loop(config, loop, runs_when_stopped=self._runs_when_stopped)
         set_gains(config, state, loop)
         if (config.halt or state.period != period) and not state.pending & bits.STOPPED:
             bits.change_rate(config, state)
@@ -309,17 +309,17 @@ class Ezlogix(CountsPlc):
         elif self.states[i].pending & bits.STOPPED:
             leave_notice(self.states[i], WAITS_FOR_RUN, mode)
 
-    def _show(self, i: int, signals: MutableSequence[float]) -> None:
+    def _show_signals(self, i: int, signals: MutableSequence[float]) -> None:
         """The signals that an operator's change affects at once: SP is limited, its register later (D656)."""
         show_signals(self.configs[i], self.states[i], signals)
 
     @classmethod
-    def is_about_mode(cls, requested: int, reason: int) -> bool:
+    def is_about_mode(cls, requested_mode: int, reason: int) -> bool:
         """Whether a mode was requested: requests are never refused, they wait."""
-        return requested != 0
+        return requested_mode != 0
 
     @property
-    def rises(self) -> list[bool]:
+    def output_raises_pv(self) -> list[bool]:
         """Reverse controller action: the PV rises with the CV."""
         return [not config.direct for config in self.configs]
 
@@ -355,7 +355,7 @@ class Ezlogix(CountsPlc):
                 bits.stop_tune(config, state)
                 state.due = NEVER if config.halt else tick
                 state.last_tick = state.cycle_end = tick
-                state.pending |= bits.FRESH if state.status & bits.AUTO else 0
+                state.pending |= bits.NO_PAST if state.status & bits.AUTO else 0
             state.pending &= ~(bits.STOPPED | bits.PV_STALE | bits.OUTPUT_CUT)
 
     def stop(self, signals: MutableSequence[float]) -> None:
@@ -392,10 +392,10 @@ class Ezlogix(CountsPlc):
         state.tune_command = bits.ON if start else bits.OFF
         state.pending |= bits.TUNE
 
-    def tuned(self, loop: int) -> TuneReport | None:
+    def tuning_result(self, loop: int) -> TuneReport | None:
         """How the last autotune of a loop went; None when there was none."""
         state = self.states[loop]
-        status = state.tune_status if state.status & bits.TUNING else state.tune_last
+        status = state.tune_status if state.status & bits.TUNING else state.last_tune_status
         if not status:
             return None
         done, error = status == bits.DONE, status > bits.CANCELLED
@@ -411,7 +411,7 @@ class Ezlogix(CountsPlc):
         scales = self._loops[loop].scales()
         return KEYS.check(path, value, lambda row, item: row.encode(item, scales))
 
-    def period_set(self, loop: int, path: tuple[str, ...], value: Any) -> int:
+    def new_period(self, loop: int, path: tuple[str, ...], value: Any) -> int:
         """The sample rate that a value for this key makes, in ticks; 0: another key, or a rate that is none."""
         rows = KEYS.find(path)
         if str(rows[0].path) != "sample_rate":
@@ -438,13 +438,13 @@ class Ezlogix(CountsPlc):
         registers.write(row.name, raw)
         state.sp = float(registers.word("setpoint"))
         tuned = state.status & bits.TUNING
-        self._apply(loop)
+        self._apply_registers(loop)
         if tuned and not state.status & bits.TUNING:
             self._set_cv(loop, int(state.out), signals)
         if row.name == "autotune_timeout":
             state.tune_countdown = self.configs[loop].timeout
         if row.name.startswith("setpoint"):
-            self._show(loop, signals)
+            self._show_signals(loop, signals)
         if self.configs[loop].halt:
             return "the loop is not calculated: its sample rate is below 0.05 s"
         return self._write_outer(loop, signals) if row.name == "setpoint" else None
@@ -459,7 +459,7 @@ class Ezlogix(CountsPlc):
         outer = self.configs[loop].outer_loop
         if outer < 0:
             return None
-        if not self.states[outer].pending & bits.HELD:
+        if not self.states[outer].pending & bits.CV_HELD:
             self._set_cv(outer, int(self.states[loop].sp), signals)
         if self._why_cv_is_kept(outer):
             return f"the CV of {self.loops[outer]} stands in the same register and overwrites it"
@@ -468,7 +468,7 @@ class Ezlogix(CountsPlc):
     def _why_cv_is_kept(self, loop: int) -> str | None:
         """Why nobody else can write a loop's CV; None: he can."""
         state = self.states[loop]
-        if state.pending & bits.HELD:
+        if state.pending & bits.CV_HELD:
             return "the autotune holds the CV"
         mode = state.wanted_mode if state.pending & bits.REQUEST else state.status
         if mode & bits.AUTO and not self.configs[loop].halt:
@@ -485,10 +485,10 @@ class Ezlogix(CountsPlc):
     def _set_cv(self, loop: int, raw: int, signals: MutableSequence[float]) -> None:
         state, inner = self.states[loop], self.configs[loop].inner_loop
         state.out = float(raw)
-        self._show(loop, signals)
+        self._show_signals(loop, signals)
         if inner >= 0:
             self.states[inner].sp = state.out
-            self._show(inner, signals)
+            self._show_signals(inner, signals)
 
 
 load = Ezlogix
@@ -507,7 +507,7 @@ load = Ezlogix
 
 __all__ = ["COST", "INLINED", "Config", "Ezlogix", "Options", "State", "load", "sample", "scan"]
 
-ERROR_MOST = 32767.0
+MAX_ERROR = 32767.0
 """Base+11, the error, is a signed word that stays within this (D169)."""
 
 
@@ -517,7 +517,7 @@ def convert_pv(config: Config, value: float) -> float:
     if pv >= config.pv_max:
         return config.pv_max
     if pv > config.pv_min:
-        return pv + NEAREST - NEAREST
+        return pv + ROUNDING_MAGIC - ROUNDING_MAGIC
     return config.pv_min
 
 
@@ -525,7 +525,7 @@ def switch_mode(state: State) -> None:
     """Discrete +0 as it was written; Manual keeps the CV, Auto begins with it."""
     state.pending &= ~REQUEST
     if state.wanted_mode & AUTO and state.status & AUTO == 0:
-        state.pending |= FRESH
+        state.pending |= NO_PAST
     state.status = (state.status & ~MODES) | state.wanted_mode
 
 
@@ -560,11 +560,11 @@ def sample(i: int, configs: list[Config], states: list[State], aux: list[float],
     pv *= config.scale
     error = difference * config.scale
     # Error, Base+11. D169: signed word saturates
-    shown_error = error + NEAREST - NEAREST
-    if shown_error > ERROR_MOST:
-        shown_error = ERROR_MOST
-    elif shown_error < -ERROR_MOST:
-        shown_error = -ERROR_MOST
+    shown_error = error + ROUNDING_MAGIC - ROUNDING_MAGIC
+    if shown_error > MAX_ERROR:
+        shown_error = MAX_ERROR
+    elif shown_error < -MAX_ERROR:
+        shown_error = -MAX_ERROR
     state.error = shown_error
     # Deadband; D170: it acts in every term
     if -config.deadband < difference < config.deadband:
@@ -580,13 +580,13 @@ def sample(i: int, configs: list[Config], states: list[State], aux: list[float],
         derivative_input = error
     elif config.direct == 0:
         derivative_input = -pv
-    if state.status & AUTO and state.pending & HELD == 0:
+    if state.status & AUTO and state.pending & CV_HELD == 0:
         calculate_cv(config, state, error, derivative_input)
     else:
         state.unlimited_cv = state.out
         state.derivative_input_1 = derivative_input
     # Saturation. D167: the bit tells of the CV as it is, anti-windup looks at the one before its limits
-    if 0.0 < state.out < FULL:
+    if 0.0 < state.out < FULL_CV:
         state.status &= ~SATURATED
     else:
         state.status |= SATURATED
@@ -615,8 +615,8 @@ COST = COSTS["ezlogix"]
 
 # --- The registers and discretes of a virtual EZLogix, and the tags of PV and CV --------------------------------------
 
-MODE_OF = {bool(bit & AUTO): name for name, bit in MODE_BITS.items()}
-WORD = 0xFFFF
+MODE_NAMES = {bool(bit & AUTO): name for name, bit in MODE_BITS.items()}
+WORD_MASK = 0xFFFF
 
 
 class EzlogixRegisters(Registers):
@@ -626,7 +626,7 @@ class EzlogixRegisters(Registers):
         self.plc = plc
         self._rows: dict[int, tuple[int, Word]] = {}
         self._tags: dict[int, tuple[int, str]] = {}
-        self._started = [False] * len(plc.loops)
+        self._start_bits = [False] * len(plc.loops)
         """Discrete +4 as it was written."""
         for i in range(len(plc.loops)):
             dialog = plc.memory(i).dialog
@@ -640,56 +640,56 @@ class EzlogixRegisters(Registers):
                 if number is not None and number not in self._rows:
                     self._tags.setdefault(number, (i, what))
 
-    def places(self) -> dict[int, int]:
+    def loops_by_register(self) -> dict[int, int]:
         """The two blocks of each loop, and its tags."""
-        return super().places() | {number: loop for number, (loop, _) in self._tags.items()}
+        return super().loops_by_register() | {number: loop for number, (loop, _) in self._tags.items()}
 
     def contents(self, loop: int, signals: Sequence[float]) -> Mapping[int, int]:
         """As the registers are after the last calculation."""
         memory, state = self.plc.memory(loop), self.plc.states[loop]
         held = memory.values() | {
-            "error": int(nearest(state.error)) & WORD,
+            "error": int(round_half_even(state.error)) & WORD_MASK,
             "autotune_status": state.tune_status,
             "autotune_timeout": state.tune_countdown // TICKS,
             "mode": int(bool((state.wanted_mode if state.pending & REQUEST else state.status) & AUTO)),
             "saturation": int(bool(state.status & SATURATED)),
-            "start_autotune": int(self._started[loop] or bool(state.status & TUNING)),
+            "start_autotune": int(self._start_bits[loop] or bool(state.status & TUNING)),
         }
-        tags = {"pv": int(nearest(state.pv)) & WORD, "cv": int(nearest(state.out)) & WORD}
+        tags = {"pv": int(round_half_even(state.pv)) & WORD_MASK, "cv": int(round_half_even(state.out)) & WORD_MASK}
         contents = self.contents_by_number(loop, held)
         return contents | {number: tags[what] for number, (i, what) in self._tags.items() if i == loop}
 
-    def write(self, number: int, raw: int, signals: MutableSequence[float]) -> Done:
+    def write(self, number: int, raw: int, signals: MutableSequence[float]) -> WriteResult:
         """A setting, the mode, the start of an autotune, or the CV in Manual."""
         name = MAP_SPACE.name(number)
         if number in self._tags:
             return self._write_tag(number, raw, signals)
         loop, row = self._rows[number]
         if row.access in {"status", "reserved"}:
-            raise self.read_only(name, row)
+            raise self.read_only_error(name, row)
         if row.name == "mode":
-            mode = MODE_OF[bool(raw)]
+            mode = MODE_NAMES[bool(raw)]
             self.plc.request(loop, mode)
-            return Done(f"request mode {mode}", mode)
+            return WriteResult(f"request mode {mode}", mode)
         if row.name == "start_autotune":
-            return self._start(loop, is_on=bool(raw))
+            return self._switch_autotune(loop, is_on=bool(raw))
         late = self.plc.write(loop, row, raw, signals)
-        return Done.setting(row.path, MAP_SPACE.content_text(number, raw), late)
+        return WriteResult.setting(row.path, MAP_SPACE.content_text(number, raw), late)
 
-    def _start(self, loop: int, *, is_on: bool) -> Done:
+    def _switch_autotune(self, loop: int, *, is_on: bool) -> WriteResult:
         """Discrete +4, of which only the changes count."""
-        was = self._started[loop] or bool(self.plc.states[loop].status & TUNING)
-        self._started[loop] = is_on
+        was = self._start_bits[loop] or bool(self.plc.states[loop].status & TUNING)
+        self._start_bits[loop] = is_on
         if is_on == was:
-            return Done(f"start of an autotune stays {'on' if is_on else 'off'}")
+            return WriteResult(f"start of an autotune stays {'on' if is_on else 'off'}")
         self.plc.autotune(loop, "start" if is_on else "cancel")
-        return Done("autotune start" if is_on else "autotune off")
+        return WriteResult("autotune start" if is_on else "autotune off")
 
-    def _write_tag(self, number: int, raw: int, signals: MutableSequence[float]) -> Done:
+    def _write_tag(self, number: int, raw: int, signals: MutableSequence[float]) -> WriteResult:
         loop, what = self._tags[number]
         name = MAP_SPACE.name(number)
         if what == "pv":
             raise RegisterError(NO_REGISTER, f"{name} is the measurement, which the plant writes")
         if late := self.plc.write_output(loop, raw, signals):
             raise RegisterError(NOT_NOW, f"{name}: {late}")
-        return Done(f"set output to {raw} counts")
+        return WriteResult(f"set output to {raw} counts")

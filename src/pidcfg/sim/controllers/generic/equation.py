@@ -28,18 +28,18 @@ LOW_LOW, LOW, HIGH, HIGH_HIGH = 128, 256, 512, 1024
 DEVIATION, DEVIATION_2, RATE = 2048, 4096, 8192
 
 # `State.pending`
-FRESH = 1
+NO_PAST = 1
 """There was no sample yet."""
 REQUEST = 2
 """`State.wanted_mode` is another mode."""
 BUMPLESS = 4
 """The next calculation goes on from OUT (D301)."""
 MANUAL_SET = 8
-"""`State.manual` has been set since manual was requested."""
+"""`State.manual_output` has been set since manual was requested."""
 SP_SET = 16
 """The set point has been set since the mode was requested."""
 
-UNREACHED = float("inf")
+UNBOUNDED = float("inf")
 """An alarm point that no value reaches."""
 
 
@@ -63,22 +63,22 @@ class Config(LoopConfig):
     has_pulses: int = 0
     pv_low: float = register("pv.range.0", 0.0)
     pv_span: float = 1.0
-    sp_low: float = register("setpoint.limits.0", -UNREACHED)
-    sp_high: float = register("setpoint.limits.1", UNREACHED)
-    low: float = 0.0
-    high: float = 100.0
+    sp_low: float = register("setpoint.limits.0", -UNBOUNDED)
+    sp_high: float = register("setpoint.limits.1", UNBOUNDED)
+    limit_low: float = 0.0
+    limit_high: float = 100.0
     deadband: float = register("deadband", 0.0)
     out_low: float = register("output.range.0", 0.0)
     out_span: float = 100.0
-    rate_limit: float = UNREACHED
+    rate_limit: float = UNBOUNDED
     """Fastest change of OUT in a sample."""
-    low_low_at: float = register("alarms.pv.low_low", -UNREACHED)
-    low_at: float = register("alarms.pv.low", -UNREACHED)
-    high_at: float = register("alarms.pv.high", UNREACHED)
-    high_high_at: float = register("alarms.pv.high_high", UNREACHED)
-    deviation_at: float = register("alarms.deviation.high", UNREACHED)
-    deviation_2_at: float = register("alarms.deviation.high_high", UNREACHED)
-    rate_at: float = UNREACHED
+    low_low_at: float = register("alarms.pv.low_low", -UNBOUNDED)
+    low_at: float = register("alarms.pv.low", -UNBOUNDED)
+    high_at: float = register("alarms.pv.high", UNBOUNDED)
+    high_high_at: float = register("alarms.pv.high_high", UNBOUNDED)
+    deviation_at: float = register("alarms.deviation.high", UNBOUNDED)
+    deviation_2_at: float = register("alarms.deviation.high_high", UNBOUNDED)
+    rate_at: float = UNBOUNDED
     """Fastest change of the PV in a sample."""
     hysteresis: float = register("alarms.hysteresis", 0.0)
     cycle: float = 0.0
@@ -96,7 +96,7 @@ class State(LoopState):
     rate: float = register("tuning.derivative_time", 0.0)
     wanted_mode: int = AUTO
     """The mode that was requested last."""
-    manual: float = 0.0
+    manual_output: float = 0.0
     """OUT in manual."""
     bias: float = register("output.bias", 0.0)
     integral: float = 0.0
@@ -122,9 +122,9 @@ class State(LoopState):
 # Plain functions of records and numbers, which numba compiles as they are. D numbers: see
 # `pidcfg.encoders.generic.image`.
 
-NOTABLE = 0.01
+NOTABLE_JUMP_SHARE = 0.01
 """Share of the way between the limits that OUT moves by at most without a word when manual ends."""
-JUMPS = 1
+OUTPUT_JUMPS = 1
 """Notice of `calculate_output`."""
 
 
@@ -134,7 +134,7 @@ def measure_pv(config: Config, state: State, raw: float) -> None:
     if config.square_root:
         share = (raw - config.pv_low) / config.pv_span
         pv = config.pv_low + config.pv_span * sqrt(share) if share > 0.0 else config.pv_low
-    if state.pending & FRESH:
+    if state.pending & NO_PAST:
         state.pv = pv
         state.previous_pv = pv
     else:
@@ -150,7 +150,7 @@ def calculate_error(config: Config, state: State) -> None:
         state.status |= IN_DEAD_BAND
     else:
         state.status &= ~IN_DEAD_BAND
-    state.previous_error = error if state.pending & FRESH else state.error
+    state.previous_error = error if state.pending & NO_PAST else state.error
     state.error = error
 
 
@@ -181,21 +181,21 @@ def move_output(config: Config, state: State, target: float) -> None:
         state.status |= SLOWED
     else:
         state.status &= ~SLOWED
-    state.out = clamp(output, config.low, config.high)
+    state.out = clamp(output, config.limit_low, config.limit_high)
 
 
 def limit_output(config: Config, state: State, output: float) -> float:
     """A value within the limits of OUT."""
-    if config.low <= output <= config.high:
+    if config.limit_low <= output <= config.limit_high:
         state.status &= ~LIMITED
         return output
     state.status |= LIMITED
-    return clamp(output, config.low, config.high)
+    return clamp(output, config.limit_low, config.limit_high)
 
 
 def output_manual(config: Config, state: State, proportional_term: float, derivative_term: float) -> None:
     """OUT is what the operator wants."""
-    move_output(config, state, limit_output(config, state, state.manual))
+    move_output(config, state, limit_output(config, state, state.manual_output))
     restore_integral(state, proportional_term, derivative_term)
 
 
@@ -213,16 +213,16 @@ def calculate_output(config: Config, state: State, proportional_term: float, der
         return
     # D300: anti-windup at limits
     if config.without_anti_windup or not (
-        (output > config.high and step > 0.0) or (output < config.low and step < 0.0)
+        (output > config.limit_high and step > 0.0) or (output < config.limit_low and step < 0.0)
     ):
         state.integral = integral
     move_output(config, state, limit_output(config, state, output))
     if (
         state.pending & BUMPLESS
         and state.ki <= 0.0
-        and abs(state.out - previous_output) > NOTABLE * (config.high - config.low)
+        and abs(state.out - previous_output) > NOTABLE_JUMP_SHARE * (config.limit_high - config.limit_low)
     ):
-        state.notice = add_notice(state.notice, 0, JUMPS)
+        state.notice = add_notice(state.notice, 0, OUTPUT_JUMPS)
     state.pending &= ~BUMPLESS
 
 

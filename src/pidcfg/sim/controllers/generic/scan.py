@@ -18,16 +18,16 @@ from pidcfg.sim.controllers.generic.equation import (
     AUTO,
     BUMPLESS,
     CASCADE,
-    FRESH,
     LIMITED,
     MANUAL,
     MANUAL_SET,
     MODES,
+    NO_PAST,
     REQUEST,
     SLOWED,
     SP_SET,
     TRACKING,
-    UNREACHED,
+    UNBOUNDED,
     Config,
     State,
     calculate_derivative,
@@ -40,7 +40,7 @@ from pidcfg.sim.controllers.generic.equation import (
     set_pulse,
 )
 from pidcfg.sim.controllers.kernels import add_notice, clamp, read_registers
-from pidcfg.sim.controllers.plc import COUNTS, TICKS, NamedPlc
+from pidcfg.sim.controllers.plc import COUNTS_PER_RANGE, TICKS, NamedPlc
 from pidcfg.sim.controllers.plc import ScanOptions as Options
 from pidcfg.sim.controllers.settings import ContentParser, NamedKeys, parameters_of, parse_plain
 from pidcfg.sim.costs import COSTS
@@ -84,43 +84,43 @@ FLAG_BITS = {
     "in_deadband": bits.IN_DEAD_BAND,
 }
 NO_SOURCE = 32
-ABOUT_MODE = (NO_SOURCE,)
+MODE_CODES = (NO_SOURCE,)
 """Reasons that concern a requested mode."""
 REASONS = {
     NO_SOURCE: "refused: the loop has no setpoint.source",
-    bits.JUMPS: "OUT jumps: without an integral time nothing can carry it on",
+    bits.OUTPUT_JUMPS: "OUT jumps: without an integral time nothing can carry it on",
 }
 
 # --- What a scenario's ``set`` may write in a running neutral loop: its fields, by their keys in the file -------------
 #
 # Short forms: ``setpoint`` is setpoint.value, ``output`` the output in manual.
 
-RANGE = "scales do not change in a running loop"
-FIXED = {
-    "pv.range": RANGE,
-    "pv.range.0": RANGE,
-    "pv.range.1": RANGE,
-    "output.range": RANGE,
-    "output.range.0": RANGE,
-    "output.range.1": RANGE,
+RANGE_IS_FIXED = "scales do not change in a running loop"
+UNSETTABLE_FIELDS = {
+    "pv.range": RANGE_IS_FIXED,
+    "pv.range.0": RANGE_IS_FIXED,
+    "pv.range.1": RANGE_IS_FIXED,
+    "output.range": RANGE_IS_FIXED,
+    "output.range.0": RANGE_IS_FIXED,
+    "output.range.1": RANGE_IS_FIXED,
     "setpoint.source": "who the master is does not change in a running loop",
     "output.pulse.period": "it is the plant's wiring",
 }
 """Fields that cannot be set, and why."""
-OFF = ("tuning.integral_time", "tuning.derivative_time")
+OFF_FIELDS = ("tuning.integral_time", "tuning.derivative_time")
 """Times that may be `off`."""
 
 
-def not_negative(path: str, parse: Callable[[object], Decimal]) -> ContentParser:
+def non_negative_parser(path: str, parse: Callable[[object], Decimal]) -> ContentParser:
     """A parser that also refuses what the schema's limits refuse; a sample time and a period are above 0."""
 
-    def parsed(value: object) -> Decimal:
+    def parse_non_negative(value: object) -> Decimal:
         number = parse(value)
         if number < 0 or (path == "sample_time" and not number):
             refuse("set_value", f"{path} is {number}; it is {'above' if path == 'sample_time' else 'at least'} 0")
         return number
 
-    return parsed
+    return parse_non_negative
 
 
 def parser_of(path: str) -> ContentParser | None:
@@ -128,15 +128,15 @@ def parser_of(path: str) -> ContentParser | None:
     limits = None if path.rpartition(".")[2].isdigit() else limits_at(Loop, path)
     if limits is None:
         return None
-    time = parse_off_seconds if path in OFF else parse_seconds
-    return not_negative(path, time if limits.unit == "s" else parse_plain)
+    time = parse_off_seconds if path in OFF_FIELDS else parse_seconds
+    return non_negative_parser(path, time if limits.unit == "s" else parse_plain)
 
 
 KEYS = NamedKeys(
-    parameters_of(TABLES, (*FIXED, "mode")),
+    parameters_of(TABLES, (*UNSETTABLE_FIELDS, "mode")),
     {"setpoint": "setpoint.value", "output": "output.manual"},
     {"mode": "mode"},
-    FIXED,
+    UNSETTABLE_FIELDS,
     {path: parser for path in ROWS if (parser := parser_of(path)) is not None},
 )
 
@@ -145,7 +145,7 @@ KEYS = NamedKeys(
 
 Fields = dict[str, Any]
 """Content by path; a field that the configuration leaves out is missing."""
-UNKNOWN: Fields = {"sample_time": 1.0, "pv.range.1": 100.0, "output.range.1": 100.0}
+FALLBACKS: Fields = {"sample_time": 1.0, "pv.range.1": 100.0, "output.range.1": 100.0}
 """What is taken for a field that every loop has and a listing lacks, where that is not the nothing of its type."""
 
 
@@ -153,7 +153,7 @@ def _default_content(row: Parameter) -> Content | None:
     value = default_of(Loop, row.name)
     if value is not None:
         return store_content(row.type, value)
-    return UNKNOWN.get(row.name, row.type.default) if row.name in NEEDED else None
+    return FALLBACKS.get(row.name, row.type.default) if row.name in NEEDED else None
 
 
 DEFAULTS: Fields = {name: value for name, row in ROWS.items() if (value := _default_content(row)) is not None}
@@ -185,7 +185,7 @@ def filter_share(time: float, seconds: float) -> float:
     return -expm1(-seconds / time) if time > 0.0 else 1.0
 
 
-def first_of(f: Fields, *paths: str) -> float:
+def first_field(f: Fields, *paths: str) -> float:
     """The first of some fields that the loop has."""
     return next(float(f[path]) for path in paths if path in f)
 
@@ -197,10 +197,10 @@ def configure_loop(config: Config, state: State, f: Fields) -> None:
     seconds = state.period / TICKS
     config.pv_span = (f["pv.range.1"] - f["pv.range.0"]) or 1.0
     config.out_span = (f["output.range.1"] - f["output.range.0"]) or 1.0
-    config.low = first_of(f, "output.limits.0", "output.range.0")
-    config.high = first_of(f, "output.limits.1", "output.range.1")
-    config.rate_limit = f.get("output.max_rate", UNREACHED) * seconds
-    config.rate_at = f.get("alarms.rate_of_change", UNREACHED) * seconds
+    config.limit_low = first_field(f, "output.limits.0", "output.range.0")
+    config.limit_high = first_field(f, "output.limits.1", "output.range.1")
+    config.rate_limit = f.get("output.max_rate", UNBOUNDED) * seconds
+    config.rate_at = f.get("alarms.rate_of_change", UNBOUNDED) * seconds
     config.has_pulses = int(f.get("output.pulse.period", 0.0) > 0.0)
     config.cycle = float(ticks(f.get("output.pulse.period", 1.0)))
     config.min_on, config.min_off = f["output.pulse.min_on"] * TICKS, f["output.pulse.min_off"] * TICKS
@@ -217,9 +217,9 @@ def set_factors(state: State, f: Fields, seconds: float) -> None:
     state.derivative_share = filter_share(f["tuning.derivative_filter"], seconds)
 
 
-def missing_effect(path: str, f: Fields, *, by_hand: bool) -> str | None:
+def missing_effect(path: str, f: Fields, *, is_manual: bool) -> str | None:
     """Why a field that has just been written does not act as it stands, if so."""
-    if path == "output.manual" and not by_hand:
+    if path == "output.manual" and not is_manual:
         return "output.manual acts in manual only, which keeps the output when it begins"
     if path.startswith("output.pulse.") and "output.pulse.period" not in f:
         return "there is no pulse output: output.pulse.period is not given"
@@ -234,17 +234,17 @@ class Generic(NamedPlc):
 
     configs: Sequence[Config]
     states: Sequence[State]
-    named, keys, sample_key = LOOPS, KEYS, "sample_time"
+    table, keys, sample_key = LOOPS, KEYS, "sample_time"
     config, state, slots = Config, State, SIGNALS
     out_name = "OUT"
     pulses: Sequence[str] = ("PULSE",)
     modes: Mapping[str, int] = MODE_BITS
     alarm_bits: Mapping[str, int] = ALARM_BITS
     alarm_limits: Mapping[str, str] = ALARM_LIMITS
-    unreached = bits.UNREACHED
+    no_limit = bits.UNBOUNDED
     flag_bits: Mapping[str, int] = FLAG_BITS
     reasons: Mapping[int, str] = REASONS
-    about_mode = ABOUT_MODE
+    mode_codes = MODE_CODES
     outer_alarms = OUTER_ALARMS
 
     def contents_of(self, words: Mapping[str, Any], loop: str) -> tuple[Fields, list[str]]:
@@ -260,7 +260,7 @@ class Generic(NamedPlc):
             config.sp_follows_pv = int(bool(setpoint.get("follows_pv")))
         for i, config in enumerate(self.configs):
             config.first_slave = next((j for j, other in enumerate(self.configs) if other.master == i != j), -1)
-        self.scales = [(f["pv.range.0"], f["pv.range.1"], COUNTS) for f in self._contents]
+        self.scales = [(f["pv.range.0"], f["pv.range.1"], COUNTS_PER_RANGE) for f in self._contents]
 
     def begin(self, loop: int) -> None:
         """What a loop starts with (D301): its mode, its set point and output."""
@@ -270,20 +270,20 @@ class Generic(NamedPlc):
             self.signals[config.pulse_slot] = ""
         mode = fields["mode"]
         state.status = bits.AUTO if mode == "cascade" and config.master < 0 else MODE_BITS[mode]
-        state.wanted_mode, state.pending = state.status, bits.FRESH
+        state.wanted_mode, state.pending = state.status, bits.NO_PAST
         state.sp = clamp(fields.get("setpoint.value", config.pv_low), config.sp_low, config.sp_high)
         start = fields.get("output.manual", 0.0) if state.status & bits.MANUAL else 0.0
-        state.out = state.manual = clamp(start, config.low, config.high)
+        state.out = state.manual_output = clamp(start, config.limit_low, config.limit_high)
         if "output.max_rate" in fields and not state.status & bits.MANUAL:
             state.out = 0.0  # as MV of a NextoPID block before its first call (D223)
-        self._show(loop, self.signal_values)
+        self._show_signals(loop, self.signal_values)
 
     def sample_ticks(self, value: Any) -> int:
         """The sample time."""
         return ticks(value)
 
     @property
-    def rises(self) -> list[bool]:
+    def output_raises_pv(self) -> list[bool]:
         """Whether the PV rises with the output."""
         return [bool(config.output_raises_pv) for config in self.configs]
 
@@ -294,7 +294,7 @@ class Generic(NamedPlc):
 
     def output_limits(self, loop: int, signals: Sequence[float]) -> tuple[float, float]:
         """``output.limits``, or the range."""
-        return self.configs[loop].low, self.configs[loop].high
+        return self.configs[loop].limit_low, self.configs[loop].limit_high
 
     def given_set_point(self, loop: int, signals: Sequence[float]) -> float:
         """``setpoint.value``."""
@@ -303,7 +303,7 @@ class Generic(NamedPlc):
     def inner_deviation(self, loop: int) -> float | None:
         """``alarms.deviation.high``."""
         limit = self.configs[loop].deviation_at
-        return None if limit >= bits.UNREACHED else limit
+        return None if limit >= bits.UNBOUNDED else limit
 
     def dead_band(self, loop: int, signals: Sequence[float]) -> float:
         """``deadband``."""
@@ -313,7 +313,7 @@ class Generic(NamedPlc):
         """The period of the pulses."""
         return self.configs[loop].cycle / TICKS if self.configs[loop].has_pulses else 0.0
 
-    def _show(self, i: int, signals: MutableSequence[float]) -> None:
+    def _show_signals(self, i: int, signals: MutableSequence[float]) -> None:
         """The signals that an operator's change affects at once."""
         config, state = self.configs[i], self.states[i]
         signals[config.sp_slot], signals[config.out_slot], signals[config.bias_slot] = (
@@ -339,9 +339,9 @@ class Generic(NamedPlc):
     def set_output(self, loop: int, value: Quantity, signals: MutableSequence[float]) -> None:
         """The output that a loop starts with, in every mode."""
         config, state = self.configs[loop], self.states[loop]
-        state.out = state.manual = clamp(float(value.value), config.low, config.high)
+        state.out = state.manual_output = clamp(float(value.value), config.limit_low, config.limit_high)
         state.pending |= bits.BUMPLESS
-        self._show(loop, signals)
+        self._show_signals(loop, signals)
 
     def set(self, loop: int, path: tuple[str, ...], value: Any, signals: MutableSequence[float]) -> str | None:
         """Write a field; returns why it does not act as it stands, if so."""
@@ -355,10 +355,10 @@ class Generic(NamedPlc):
             state.sp = clamp(value, config.sp_low, config.sp_high)
             state.pending |= bits.SP_SET if state.pending & bits.REQUEST else 0
         elif name == "output.manual" and state.wanted_mode == bits.MANUAL:
-            state.manual = value
+            state.manual_output = value
             state.pending |= bits.MANUAL_SET
-        self._show(loop, signals)
-        return missing_effect(name, fields, by_hand=state.wanted_mode == bits.MANUAL)
+        self._show_signals(loop, signals)
+        return missing_effect(name, fields, is_manual=state.wanted_mode == bits.MANUAL)
 
 
 load = Generic
@@ -371,7 +371,7 @@ def switch_mode(config: Config, state: State) -> None:
     """The requested mode takes effect, without a bump (D301)."""
     if state.wanted_mode == MANUAL and not state.status & MANUAL:
         if state.pending & MANUAL_SET == 0:
-            state.manual = state.out
+            state.manual_output = state.out
     elif state.status & MANUAL and state.wanted_mode != MANUAL:
         state.pending |= BUMPLESS
         if config.sp_follows_pv and state.wanted_mode == AUTO and state.pending & SP_SET == 0:
@@ -403,13 +403,13 @@ def sample(i: int, configs: list[Config], states: list[State], signals: list[flo
     calculate_error(config, state)
     proportional_term = state.kp * state.error if config.proportional_on else 0.0
     derivative_term = calculate_derivative(config, state)
-    state.pending &= ~FRESH
+    state.pending &= ~NO_PAST
     state.status &= ~TRACKING
     if state.status & MANUAL:
         output_manual(config, state, proportional_term, derivative_term)
     elif tracks_slave(i, configs, states):
         state.status = (state.status & ~(LIMITED | SLOWED)) | TRACKING
-        state.out = clamp(states[config.first_slave].sp, config.low, config.high)
+        state.out = clamp(states[config.first_slave].sp, config.limit_low, config.limit_high)
         restore_integral(state, proportional_term, derivative_term)
         state.pending |= BUMPLESS
     else:

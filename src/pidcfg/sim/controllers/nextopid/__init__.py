@@ -6,7 +6,7 @@ from pidcfg.text.references import Decision
 
 # --- What the virtual PID blocks and their auto-tuning do where the manual is silent, or says two things --------------
 
-PID = (
+PID_DECISIONS = (
     Decision(
         220,
         "the PID blocks' calculation, operation by operation",
@@ -177,7 +177,7 @@ PID = (
 
 # --- What the virtual blocks other than PID do where the manual is silent, or says two things -------------------------
 
-BLOCKS = (
+BLOCK_DECISIONS = (
     Decision(
         235,
         "a fatal error leaves a block as it is",

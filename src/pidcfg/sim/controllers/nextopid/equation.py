@@ -2,7 +2,7 @@
 
 In this order: error bits, limits of PV and set point, the three actions, the auto-tuning, then MV by what has priority:
 auto-tuning, manual, tracking, override, automatic (D225). The parameters stand among the signals in single precision.
-Sections are those of the manual's chapter 2, PIDA_REAL. D numbers: see `nextopid.PID`.
+Sections are those of the manual's chapter 2, PIDA_REAL. D numbers: see `nextopid.PID_DECISIONS`.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from pidcfg.sim.controllers.nextopid.terms import (
     D_ACTION,
     DEAD_BAND,
     DIRECT,
-    DOWNWARD,
-    FLAGS,
+    DOWNWARD_BITS,
+    FLAG_COUNT,
     I_ACTION,
     INDEP,
     MANUAL,
@@ -50,7 +50,7 @@ from pidcfg.sim.controllers.nextopid.terms import (
     TUNE_PARAM,
     TUNE_RESULT,
     TUNING_MODE,
-    UPWARD,
+    UPWARD_BITS,
     WINDUP_H_OUT,
     WINDUP_L_OUT,
     Config,
@@ -74,7 +74,7 @@ from pidcfg.sim.controllers.nextopid.terms import (
 from pidcfg.sim.controllers.plc import TICKS
 from pidcfg.tuning import NEXTOPID_P, NEXTOPID_PART, NEXTOPID_TD, NEXTOPID_TI
 
-# --- How an auto-tuning ends: flags, results, and the reset of both. D numbers: see `nextopid.PID` --------------------
+# --- How an auto-tuning ends: flags, results, and the reset of both. D numbers: see `nextopid.PID_DECISIONS` ----------
 
 IDLE, AVERAGING, RELAY, DONE, FAILED = 0, 1, 2, 3, 4
 """`State.tune_phase`; FAILED is an end with AutoTuneError."""
@@ -88,12 +88,12 @@ P_ONLY, PI_ONLY, FULL_PID = 0, 1, 2
 """AUTOTUNE_MODE."""
 
 PI = single(3.141592653589793)
-FAST = 10
+MIN_CYCLE_SAMPLES = 10
 """Samples that a cycle has at least (D233)."""
-FEW_DEAD_TIMES = 1.5
+MIN_DEAD_TIMES = 1.5
 """Dead times that a half cycle has at least (D233)."""
-GAIN_P = single(NEXTOPID_P)
-GAIN_PI, TIMES_TI, PART_TD = single(NEXTOPID_PART), single(NEXTOPID_TI), single(NEXTOPID_TD)
+P_GAIN_FACTOR = single(NEXTOPID_P)
+PI_GAIN_DIVISOR, TI_FACTOR, TD_DIVISOR = single(NEXTOPID_PART), single(NEXTOPID_TI), single(NEXTOPID_TD)
 """Kp = Ku / 3.2, Ti = 2.2 Pu, Td = Pu / 6.3 (D234)."""
 
 
@@ -106,7 +106,7 @@ def clear_results(config: Config, state: State, signals: MutableSequence[float])
     signals[base + TUNE_ERROR] = 0.0
     for i in range(3):
         signals[base + TUNE_RESULT + i] = 0.0
-    for i in range(FLAGS):
+    for i in range(FLAG_COUNT):
         signals[base + TUNE_FLAGS + i] = 0.0
 
 
@@ -117,18 +117,18 @@ def end_tune(config: Config, state: State, signals: MutableSequence[float], flag
     state.tune_phase = FAILED if flags else DONE
     signals[base + TUNE_DONE] = 1.0
     signals[base + TUNE_ERROR] = 1.0 if flags else 0.0
-    for i in range(FLAGS):
+    for i in range(FLAG_COUNT):
         signals[base + TUNE_FLAGS + i] = float((flags >> i) & 1)
 
 
-def doubt_results(state: State, samples: int, amplitude: float) -> int:
+def quality_flags(state: State, samples: int, amplitude: float) -> int:
     """Flags of a measurement whose results cannot be trusted (kernel, D233)."""
     flags = 0
     if amplitude < single(2.0 * state.tune_band):
         flags |= PEAK_TOO_LOW
-    if samples < FAST * state.tune_cycles:
+    if samples < MIN_CYCLE_SAMPLES * state.tune_cycles:
         flags |= CYCLE_TOO_FAST
-    if samples < FEW_DEAD_TIMES * state.tune_dead:
+    if samples < MIN_DEAD_TIMES * state.tune_dead_samples:
         flags |= HIGH_DEAD_TIME
     return flags
 
@@ -143,55 +143,55 @@ def calculate_results(config: Config, state: State, signals: MutableSequence[flo
         end_tune(config, state, signals, PEAK_TOO_LOW)
         return
     ultimate = single(single(4.0 * abs(state.tune_step)) / single(PI * amplitude))
-    kp = single(GAIN_P * ultimate) if state.tune_mode == P_ONLY else single(ultimate / GAIN_PI)
+    kp = single(P_GAIN_FACTOR * ultimate) if state.tune_mode == P_ONLY else single(ultimate / PI_GAIN_DIVISOR)
     ti = 0.0
     td = 0.0
     if state.tune_mode != P_ONLY:
-        ti = single(TIMES_TI * period)
+        ti = single(TI_FACTOR * period)
     if state.tune_mode == FULL_PID:
-        td = single(period / PART_TD)
+        td = single(period / TD_DIVISOR)
     if signals[base + INDEP] != 0.0:
         ti = single(kp / ti) if ti > 0.0 else 0.0
         td = single(kp * td)
     signals[base + TUNE_RESULT] = kp
     signals[base + TUNE_RESULT + 1] = ti
     signals[base + TUNE_RESULT + 2] = td
-    end_tune(config, state, signals, doubt_results(state, samples, amplitude))
+    end_tune(config, state, signals, quality_flags(state, samples, amplitude))
 
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Auto-tuning of PIDA_TUNE_REAL and PIDA_TUNE_INT, call by call: three seconds at rest, then a relay (D230 to D234).
 # Everything of the PV is counted from its rest, RefPV. `State.tune_relay_sign` is 1 while the relay drives the PV up,
 # -1 while it drives it down, else 0; `State.tune_step` is M, negative for direct control. D numbers: see
-# `nextopid.PID`.
+# `nextopid.PID_DECISIONS`.
 
 FREE, HOLDS, ABORTED, ENDED = 0, 1, 2, 3
 """What the auto-tuning is to MV: nothing, it holds it, or AutoTune has just been reset before or after the end."""
 
 AMP, HYST, PEAK, CYCLES, MODE = 0, 1, 2, 3, 4
 """Members of AutoTuneParam."""
-(LEAST_AMP, MOST_AMP), (LEAST_HYST, MOST_HYST), (LEAST_PEAK, MOST_PEAK), (LEAST_CYCLES, MOST_CYCLES) = (
+(MIN_AMP, MAX_AMP), (MIN_HYST, MAX_HYST), (MIN_PEAK, MAX_PEAK), (MIN_CYCLES, MAX_CYCLES) = (
     (single(float(low)), single(float(high))) for low, high in TUNE_LIMITS.values()
 )
 """The manual's ranges, in the order of the members."""
-REST = 3 * TICKS
+REST_TICKS = 3 * TICKS
 """How long RefPV is averaged."""
 FIRST_RETURN = 2
 """The switch with which the first measured cycle begins."""
 
 
-def bad_parameters(signals: Sequence[float], at: int) -> int:
+def bad_parameters(signals: Sequence[float], first: int) -> int:
     """Flags of parameters that are out of range (kernel)."""
     flags = 0
-    if not LEAST_AMP <= signals[at + AMP] <= MOST_AMP:
+    if not MIN_AMP <= signals[first + AMP] <= MAX_AMP:
         flags |= BAD_AMP
-    if not LEAST_HYST <= signals[at + HYST] <= MOST_HYST:
+    if not MIN_HYST <= signals[first + HYST] <= MAX_HYST:
         flags |= BAD_HYST
-    if not LEAST_PEAK <= signals[at + PEAK] <= MOST_PEAK:
+    if not MIN_PEAK <= signals[first + PEAK] <= MAX_PEAK:
         flags |= BAD_PEAK
-    if not LEAST_CYCLES <= signals[at + CYCLES] <= MOST_CYCLES:
+    if not MIN_CYCLES <= signals[first + CYCLES] <= MAX_CYCLES:
         flags |= BAD_CYCLES
-    if not P_ONLY <= signals[at + MODE] <= FULL_PID:
+    if not P_ONLY <= signals[first + MODE] <= FULL_PID:
         flags |= BAD_MODE
     return flags
 
@@ -204,9 +204,9 @@ def percent_of_range(percentage: float, low: float, high: float) -> float:
 def begin_autotune(config: Config, state: State, signals: MutableSequence[float]) -> None:
     """The rising edge: RefMV is the present MV, and the parameters are taken as they are (kernel, D230)."""
     base = config.base
-    at = base + TUNE_PARAM
-    flags = bad_parameters(signals, at)
-    step = round_mv(config, percent_of_range(signals[at + AMP], signals[base + MIN_MV], signals[base + MAX_MV]))
+    first = base + TUNE_PARAM
+    flags = bad_parameters(signals, first)
+    step = round_mv(config, percent_of_range(signals[first + AMP], signals[base + MIN_MV], signals[base + MAX_MV]))
     if config.is_integer and step == 0.0:
         flags |= BAD_AMP
     state.tune_out = state.out
@@ -220,10 +220,10 @@ def begin_autotune(config: Config, state: State, signals: MutableSequence[float]
         end_tune(config, state, signals, flags)
         return
     state.tune_phase = AVERAGING
-    state.tune_band = percent_of_range(signals[at + HYST], signals[base + MIN_PV], signals[base + MAX_PV])
-    state.tune_safe = percent_of_range(signals[at + PEAK], signals[base + MIN_PV], signals[base + MAX_PV])
-    state.tune_cycles = int(signals[at + CYCLES])
-    state.tune_mode = int(signals[at + MODE])
+    state.tune_band = percent_of_range(signals[first + HYST], signals[base + MIN_PV], signals[base + MAX_PV])
+    state.tune_max_deviation = percent_of_range(signals[first + PEAK], signals[base + MIN_PV], signals[base + MAX_PV])
+    state.tune_cycles = int(signals[first + CYCLES])
+    state.tune_mode = int(signals[first + MODE])
     state.tune_count = 0
     state.tune_sum = 0.0
     state.tune_base = state.pv
@@ -231,14 +231,14 @@ def begin_autotune(config: Config, state: State, signals: MutableSequence[float]
     state.tune_high = 0.0
 
 
-def average_mv(config: Config, state: State, signals: MutableSequence[float]) -> None:
+def average_pv(config: Config, state: State, signals: MutableSequence[float]) -> None:
     """One sample at rest; after three seconds the relay takes its first step (kernel, D230, D692)."""
     state.tune_count += 1
-    away = single(state.pv - state.tune_base)
-    if state.tune_count * config.period < REST:
-        state.tune_sum = single(state.tune_sum + away)
-        state.tune_low = min(state.tune_low, away)
-        state.tune_high = max(state.tune_high, away)
+    deviation = single(state.pv - state.tune_base)
+    if state.tune_count * config.period < REST_TICKS:
+        state.tune_sum = single(state.tune_sum + deviation)
+        state.tune_low = min(state.tune_low, deviation)
+        state.tune_high = max(state.tune_high, deviation)
         return
     mean = single(state.tune_sum / state.tune_count)
     flags = 0
@@ -249,7 +249,7 @@ def average_mv(config: Config, state: State, signals: MutableSequence[float]) ->
         flags |= PV_TOO_HIGH
     if single(state.tune_base - state.tune_band) < signals[config.base + MIN_PV]:
         flags |= PV_TOO_LOW
-    if abs(single(state.pv - state.tune_base)) > state.tune_safe:
+    if abs(single(state.pv - state.tune_base)) > state.tune_max_deviation:
         flags |= PEAK_TOO_HIGH
     if flags:
         end_tune(config, state, signals, flags)
@@ -258,20 +258,20 @@ def average_mv(config: Config, state: State, signals: MutableSequence[float]) ->
     state.tune_relay_sign = 1
     state.tune_count = 0
     state.tune_turns = 0
-    state.tune_dead = 0
+    state.tune_dead_samples = 0
     state.tune_swing = 0.0
 
 
-def switch_relay(config: Config, state: State, signals: MutableSequence[float], away: float) -> None:
+def switch_relay(config: Config, state: State, signals: MutableSequence[float], deviation: float) -> None:
     """The relay switches: a half cycle ends, and another one begins (kernel, D232)."""
     if state.tune_turns >= FIRST_RETURN:
         state.tune_swing = single(state.tune_swing + abs(state.tune_extreme))
-        state.tune_dead += state.tune_peak - state.tune_points
+        state.tune_dead_samples += state.tune_peak - state.tune_points
     state.tune_turns += 1
     state.tune_relay_sign = -state.tune_relay_sign
     state.tune_points = state.tune_count
     state.tune_peak = state.tune_count
-    state.tune_extreme = away
+    state.tune_extreme = deviation
     if state.tune_turns == FIRST_RETURN:
         state.tune_start = state.tune_count
     elif state.tune_turns == FIRST_RETURN + 2 * state.tune_cycles:
@@ -281,13 +281,13 @@ def switch_relay(config: Config, state: State, signals: MutableSequence[float], 
 def run_relay(config: Config, state: State, signals: MutableSequence[float]) -> None:
     """One sample under the relay (kernel, D232)."""
     state.tune_count += 1
-    away = single(state.pv - state.tune_base)
-    if abs(away) > state.tune_safe:
+    deviation = single(state.pv - state.tune_base)
+    if abs(deviation) > state.tune_max_deviation:
         end_tune(config, state, signals, PEAK_TOO_HIGH)
-    elif state.tune_relay_sign * away >= state.tune_band:
-        switch_relay(config, state, signals, away)
-    elif state.tune_relay_sign * away <= state.tune_relay_sign * state.tune_extreme:
-        state.tune_extreme = away
+    elif state.tune_relay_sign * deviation >= state.tune_band:
+        switch_relay(config, state, signals, deviation)
+    elif state.tune_relay_sign * deviation <= state.tune_relay_sign * state.tune_extreme:
+        state.tune_extreme = deviation
         state.tune_peak = state.tune_count
 
 
@@ -302,7 +302,7 @@ def run_autotune(config: Config, state: State, signals: MutableSequence[float]) 
     if phase == IDLE:
         begin_autotune(config, state, signals)
     elif phase == AVERAGING:
-        average_mv(config, state, signals)
+        average_pv(config, state, signals)
     elif phase == RELAY:
         run_relay(config, state, signals)
     return HOLDS
@@ -412,8 +412,8 @@ def write_outputs(config: Config, state: State, signals: MutableSequence[float],
     """MV, and the tracking and windup outputs for a cascade master (kernel, D226)."""
     base = config.base
     # MV; TRK_OUT, Windup_H_OUT and Windup_L_OUT of a cascade slave
-    up = 1.0 if bits & UPWARD else 0.0
-    down = 1.0 if bits & DOWNWARD else 0.0
+    up = 1.0 if bits & UPWARD_BITS else 0.0
+    down = 1.0 if bits & DOWNWARD_BITS else 0.0
     direct = signals[base + DIRECT] != 0.0
     signals[base + MV] = state.out
     signals[base + TRK_OUT] = 0.0 if mode & CASCADE_MODE else 1.0

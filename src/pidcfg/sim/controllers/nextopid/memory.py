@@ -40,7 +40,7 @@ from pidcfg.schemas.expressions import (
     ExpressionError,
 )
 from pidcfg.schemas.iec import INT, IecType, Wire, time_seconds
-from pidcfg.sim.controllers.kernels import clamp, nearest, single
+from pidcfg.sim.controllers.kernels import clamp, round_half_even, single
 from pidcfg.sim.controllers.nextopid import terms
 from pidcfg.sim.controllers.nextopid.terms import Config, State
 from pidcfg.sim.controllers.plc import TICKS, Plc
@@ -64,12 +64,12 @@ D206 = Decision(
     "mistake of the program in any case.",
 )
 
-LARGEST = float(LARGEST_SINGLE)
-ROWS, ROW = 1, 4
+MAX_SINGLE = float(LARGEST_SINGLE)
+FIRST_ROW, ROW_SIZE = 1, 4
 """Where the rows of the wires begin, and how long one is."""
-AS_IT_IS, AS_INT = 0, 1
+REAL_TARGET, INT_TARGET = 0, 1
 """Types of a wire's target: REAL and BOOL, or INT."""
-LEAST_INT, MOST_INT = float(INT.low), float(INT.high)
+MIN_INT, MAX_INT = float(INT.low), float(INT.high)
 
 
 def value_of(aux: MutableSequence[float], first: int, last: int, signals: Sequence[float]) -> float:
@@ -77,14 +77,14 @@ def value_of(aux: MutableSequence[float], first: int, last: int, signals: Sequen
     stack = int(aux[0])
     top = stack
     aux[stack] = 0.0
-    for at in range(first, last, 2):
-        op = aux[at]
+    for position in range(first, last, 2):
+        op = aux[position]
         if op == SIGNAL:
             top += 1
-            aux[top] = single(signals[int(aux[at + 1])])
+            aux[top] = single(signals[int(aux[position + 1])])
         elif op == CONSTANT:
             top += 1
-            aux[top] = aux[at + 1]
+            aux[top] = aux[position + 1]
         elif op == NEGATE:
             aux[top] = -aux[top]
         elif op == NOT:
@@ -103,7 +103,7 @@ def value_of(aux: MutableSequence[float], first: int, last: int, signals: Sequen
                 return 0.0
             aux[top] = apply_operator(op, aux[top], aux[top + 1])
     value = aux[stack + 1]
-    if -LARGEST <= value <= LARGEST:
+    if -MAX_SINGLE <= value <= MAX_SINGLE:
         return value
     aux[stack] = NOT_FINITE
     return 0.0
@@ -148,16 +148,16 @@ def execute_moves(
 ) -> None:
     """Executes moves: of each the row of its condition, and that of its value (kernel)."""
     for wire in range(first, last, 2):
-        row = ROWS + ROW * wire
+        row = FIRST_ROW + ROW_SIZE * wire
         holds = value_of(aux, int(aux[row + 2]), int(aux[row + 3]), signals)
         fault = int(aux[int(aux[0])])
-        row += ROW
+        row += ROW_SIZE
         if fault == 0 and holds != 0.0:
             value = value_of(aux, int(aux[row + 2]), int(aux[row + 3]), signals)
             fault = int(aux[int(aux[0])])
             if fault == 0:
-                if aux[row + 1] == AS_INT:
-                    value = clamp(nearest(value), LEAST_INT, MOST_INT)
+                if aux[row + 1] == INT_TARGET:
+                    value = clamp(round_half_even(value), MIN_INT, MAX_INT)
                 signals[int(aux[row])] = value
         if fault != 0 and state.fault == 0:
             state.fault = fault
@@ -165,17 +165,17 @@ def execute_moves(
             state.fault_at = tick
 
 
-def wire_in(
+def read_wires(
     config: Config, state: State, aux: MutableSequence[float], signals: MutableSequence[float], last: int
 ) -> None:
     """Renews the wired parameters of a block up to the wire before ``last`` (kernel)."""
-    for wire in range(config.wires, last):
-        row = ROWS + ROW * wire
+    for wire in range(config.wires_begin, last):
+        row = FIRST_ROW + ROW_SIZE * wire
         value = value_of(aux, int(aux[row + 2]), int(aux[row + 3]), signals)
         fault = int(aux[int(aux[0])])
         if fault == 0:
-            if aux[row + 1] == AS_INT:
-                value = clamp(nearest(value), LEAST_INT, MOST_INT)
+            if aux[row + 1] == INT_TARGET:
+                value = clamp(round_half_even(value), MIN_INT, MAX_INT)
             signals[int(aux[row])] = value
         elif state.fault == 0:
             state.fault = fault
@@ -188,8 +188,8 @@ def wire_in(
 # block); one for each input that nothing in the program is wired to, which plants write; the set point in force of
 # each loop.
 
-BUFFERED = ("ControlDelay", "ControlDelayLag")
-SHOWN = ("PV", "MV", "IntegralAction")
+DELAY_BLOCKS = ("ControlDelay", "ControlDelayLag")
+SIGNAL_PARAMETERS = ("PV", "MV", "IntegralAction")
 """Parameters of a loop that are signals of the report, besides the set point in force and wired outputs."""
 
 
@@ -197,10 +197,10 @@ class WireRow(NamedTuple):
     """A wire: its target, whether that is an INT, and its code in pairs."""
 
     target: int
-    whole: int
+    is_int: int
     code: tuple[float, ...]
     depth: int
-    early: bool
+    is_early: bool
     """Whether it is renewed before the first call of a cycle."""
 
 
@@ -231,7 +231,7 @@ class Memory(Plc):
         plc = read_settings(PlcSettings, image.plc, "plc")
         if plc.sample_time is None:
             raise DecodeError("the listing does not say the interval of the task")
-        self.task = ticks(plc.sample_time)
+        self.task_ticks = ticks(plc.sample_time)
         types = {
             name: type_of_content(content)
             for name, content in self.words.items()
@@ -241,20 +241,20 @@ class Memory(Plc):
         self.wires = self._read_wires()
         self.copies = self._read_copies(plc)
         self.signal_values = [0.0] * self.layout.size
-        self.outside: dict[str, int] = {}
+        self.outside_inputs: dict[str, int] = {}
         """Slots of inputs that nothing is wired to, by name."""
         for name, content in self.words.items():
             if not isinstance(content, Wire) and name in self.layout.numbers:
                 self.signal_values[self.layout.numbers[name]] = number_of(self.layout.types[name], content)
-        self.listed = sorted(range(len(self.items)), key=lambda i: self.items[i].loop is None)
+        self.listed_items = sorted(range(len(self.items)), key=lambda i: self.items[i].loop is None)
         """Numbers of the items as the records are listed: loops first."""
         self.loops = [item.name for item in self.items if item.loop is not None]
         self.configs = [Config() for _ in self.items]
         self.states = [State() for _ in self.items]
-        self._fill()
+        self._fill_records()
 
     @cached_property
-    def read(self) -> frozenset[int]:
+    def read_signals(self) -> frozenset[int]:
         """Numbers of everything that a wire reads."""
         moved = (part.signals for copy in self.copies for part in (copy.value, copy.when) if part is not None)
         return frozenset(chain.from_iterable((*(wire.signals for wire in self.wires.values()), *moved)))
@@ -278,41 +278,44 @@ class Memory(Plc):
         except MoveError as error:
             raise DecodeError(f"moves: {error}") from None
 
-    def _fill(self) -> None:
-        """Records in the order of `listed`, and the shared vector."""
+    def _fill_records(self) -> None:
+        """Records in the order of `listed_items`, and the shared vector."""
         rows: list[WireRow] = []
-        for place, i in enumerate(self.listed):
-            config, state, instance = self.configs[place], self.states[place], self.layout.instances[i]
+        for record, i in enumerate(self.listed_items):
+            config, state, instance = self.configs[record], self.states[record], self.layout.instances[i]
             config.kind, config.base = terms.KINDS[instance.kind.name], instance.base
-            self._time(config, state, self.items[i])
+            self._set_period(config, state, self.items[i])
             config.is_integer = int(instance.kind.name.endswith("INT"))
-            wires = sorted(self._wires_of(i), key=lambda row: not row.early)
-            config.wires, config.early_wires = len(rows), sum(row.early for row in wires)
+            wires = sorted(self._wires_of(i), key=lambda row: not row.is_early)
+            config.wires_begin, config.early_wires = len(rows), sum(row.is_early for row in wires)
             rows += wires
             config.wires_end = len(rows)
-            config.error = self.layout.numbers.get(f"{instance.name}.Error", -1)
+            config.error_slot = self.layout.numbers.get(f"{instance.name}.Error", -1)
             if self.items[i].loop is not None:
                 self._loop_slots(config, instance.name)
             elif config.kind == terms.ON_OFF:
                 self._set_point_slot(config, instance.name)
-        place_of = {i: place for place, i in enumerate(self.listed)}
+        record_of = {i: record for record, i in enumerate(self.listed_items)}
         for position, i in enumerate(self.layout.execution_order(self.wires)):
-            self.configs[position].call_order = place_of[i]
+            self.configs[position].call_order = record_of[i]
         if self.copies and self.configs:
             first = self.configs[0]
-            first.moves, first.moves_first = len(rows), len(rows) + 2 * sum(copy.at_start for copy in self.copies)
+            first.moves_begin, first.early_moves_end = (
+                len(rows),
+                len(rows) + 2 * sum(copy.at_start for copy in self.copies),
+            )
             rows += (row for copy in self.copies for row in _move_rows(copy))
             first.moves_end = len(rows)
-        self.aux = self._vector(rows)
+        self.aux = self._aux_vector(rows)
 
-    def _time(self, config: Config, state: State, item: ItemSettings) -> None:
-        config.period = self.task if item.sample_time is None else ticks(item.sample_time)
+    def _set_period(self, config: Config, state: State, item: ItemSettings) -> None:
+        config.period = self.task_ticks if item.sample_time is None else ticks(item.sample_time)
         config.sample_time, state.period = single(config.period / TICKS), config.period
 
     def _loop_slots(self, config: Config, name: str) -> None:
         numbers = self.layout.numbers
         config.pv_slot, config.out_slot = numbers[f"{name}.PV"], numbers[f"{name}.MV"]
-        config.in_slot = self.outside.get(f"{name}.PV", config.pv_slot)
+        config.in_slot = self.outside_inputs.get(f"{name}.PV", config.pv_slot)
         config.bias_slot = numbers.get(f"{name}.BIAS", config.out_slot)
         self._set_point_slot(config, name)
 
@@ -336,26 +339,26 @@ class Memory(Plc):
                 and name not in self.words
                 and is_open(instance.kind.name, row)
             ):
-                self.outside[name] = len(self.signal_values)
+                self.outside_inputs[name] = len(self.signal_values)
                 self.signal_values.append(0.0)
-                expression = Expression(name, (SIGNAL, self.outside[name]), (), frozenset(), 1)
-                early = target in self.read
+                expression = Expression(name, (SIGNAL, self.outside_inputs[name]), (), frozenset(), 1)
+                early = target in self.read_signals
             if expression is not None:
-                whole = AS_INT if row.type.kind == "whole" else AS_IT_IS
+                whole = INT_TARGET if row.type.kind == "whole" else REAL_TARGET
                 yield WireRow(target, whole, tuple(_expression_code(expression)), expression.depth, early)
 
-    def _vector(self, rows: Sequence[WireRow]) -> list[float]:
+    def _aux_vector(self, rows: Sequence[WireRow]) -> list[float]:
         """The place of the stack, the rows, the code, the delay lines, and the stack."""
         aux = [0.0]
-        at = 1 + 4 * len(rows)
+        position = 1 + 4 * len(rows)
         for row in rows:
-            aux += [float(row.target), float(row.whole), float(at), float(at + len(row.code))]
-            at += len(row.code)
+            aux += [float(row.target), float(row.is_int), float(position), float(position + len(row.code))]
+            position += len(row.code)
         for row in rows:
             aux += row.code
-        for place, i in enumerate(self.listed):
-            if self.layout.instances[i].kind.name in BUFFERED:
-                self.configs[place].buffer = len(aux)
+        for record, i in enumerate(self.listed_items):
+            if self.layout.instances[i].kind.name in DELAY_BLOCKS:
+                self.configs[record].buffer = len(aux)
                 aux += [0.0] * MOST_SAMPLES
         aux[0] = float(len(aux))
         return aux + [0.0] * (2 + max((row.depth for row in rows), default=0))
@@ -365,9 +368,9 @@ def _move_rows(copy: Copy) -> Iterator[WireRow]:
     """The condition of a move, which has no target, and its value."""
     always = Expression("TRUE", (TRUTH, 1), (), frozenset(), 1)
     when = copy.when or always
-    yield WireRow(0, AS_IT_IS, tuple(_expression_code(when)), when.depth, early=False)
-    whole = AS_INT if copy.type.kind == "whole" else AS_IT_IS
-    yield WireRow(copy.target, whole, tuple(_expression_code(copy.value)), copy.value.depth, early=False)
+    yield WireRow(0, REAL_TARGET, tuple(_expression_code(when)), when.depth, is_early=False)
+    whole = INT_TARGET if copy.type.kind == "whole" else REAL_TARGET
+    yield WireRow(copy.target, whole, tuple(_expression_code(copy.value)), copy.value.depth, is_early=False)
 
 
 def _expression_code(expression: Expression) -> Iterator[float]:

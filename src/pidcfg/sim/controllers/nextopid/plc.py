@@ -17,13 +17,13 @@ from pidcfg.schemas.iec import Wire
 from pidcfg.schemas.numbers import refuse
 from pidcfg.sim.controllers.kernels import leave_notice
 from pidcfg.sim.controllers.nextopid import equation, terms
-from pidcfg.sim.controllers.nextopid.memory import ROW, ROWS, SHOWN, Memory, number_of, value_of
+from pidcfg.sim.controllers.nextopid.memory import FIRST_ROW, ROW_SIZE, SIGNAL_PARAMETERS, Memory, number_of, value_of
 from pidcfg.sim.controllers.nextopid.terms import (
     AUTO_TUNE,
     CASC,
-    FLAGS,
+    FLAG_COUNT,
     KP,
-    LEAST_TI,
+    MIN_TI,
     TD_KD,
     TI_KI,
     TUNE_DONE,
@@ -34,7 +34,7 @@ from pidcfg.sim.controllers.nextopid.terms import (
 )
 from pidcfg.sim.controllers.nextopid.terms import MANUAL as PIDA_MANUAL
 from pidcfg.sim.controllers.nextopid.terms import TUNE_RESULT as RESULT
-from pidcfg.sim.controllers.plc import COUNTS, TICKS, NoOptions
+from pidcfg.sim.controllers.plc import COUNTS_PER_RANGE, TICKS, NoOptions
 from pidcfg.sim.controllers.settings import ContentParser, NamedKeys, Seconds
 from pidcfg.sim.engine.expressions import FAULTS, depends_on
 
@@ -51,8 +51,8 @@ MANUAL_ON, MANUAL_OFF, CASC_ON, CASC_OFF, TUNE_ON, TUNE_OFF, ACCEPT = 1, 2, 4, 8
 """Commands of the operator (`State.command`)."""
 MANUAL, CASCADE, TUNE = (MANUAL_ON, MANUAL_OFF), (CASC_ON, CASC_OFF), (TUNE_ON, TUNE_OFF)
 NO_RUN, RUNNING, DONE, FAILED, CANCELLED = range(5)
-"""State of the last auto-tuning (`State.tune_end`)."""
-ON_OFF_MANUAL = terms.PLACES["ControlON_OFF"]["Manual"]
+"""State of the last auto-tuning (`State.tune_outcome`)."""
+ON_OFF_MANUAL = terms.OFFSETS["ControlON_OFF"]["Manual"]
 
 
 def write_switch(state: State, pair: tuple[int, int], *, on: bool) -> None:
@@ -80,17 +80,17 @@ def keep_results(config: Config, state: State, signals: MutableSequence[float]) 
     """Results for the report: the block clears its own when AutoTune goes off."""
     b = config.base
     if signals[b + AUTO_TUNE] == 0.0:
-        if state.tune_end == RUNNING:
-            state.tune_end = CANCELLED
+        if state.tune_outcome == RUNNING:
+            state.tune_outcome = CANCELLED
     elif signals[b + TUNE_DONE] == 0.0:
-        state.tune_end = RUNNING
-    elif state.tune_end not in (DONE, FAILED):
-        state.tune_end = FAILED if signals[b + TUNE_ERROR] != 0.0 else DONE
+        state.tune_outcome = RUNNING
+    elif state.tune_outcome not in (DONE, FAILED):
+        state.tune_outcome = FAILED if signals[b + TUNE_ERROR] != 0.0 else DONE
         state.result_kp = signals[b + RESULT]
         state.result_ti = signals[b + RESULT + 1]
         state.result_td = signals[b + RESULT + 2]
         state.result_flags = 0
-        for i in range(FLAGS):
+        for i in range(FLAG_COUNT):
             if signals[b + TUNE_FLAGS + i] != 0.0:
                 state.result_flags |= 1 << i
 
@@ -140,7 +140,7 @@ TUNE_STATUS = ("idle", "running", "done", "failed", "cancelled")
 TIMES = ("Tfd", "DelayTime", "Tc", "Tlead", "Tlag")
 TIMES_OR_GAINS = ("Ti_Ki", "Td_Kd")
 """Times in the dependent form, gains with Indep TRUE."""
-SHORT = {"setpoint": "SP", "setpoint.value": "SP", "output": "ManualMV"}
+SHORT_FORMS = {"setpoint": "SP", "setpoint.value": "SP", "output": "ManualMV"}
 WORDS = {"AutoTuneParam.Mode"}
 
 
@@ -161,19 +161,19 @@ def parse_gain(value: object) -> Decimal:
     return duration.value
 
 
-def keys_of(kind: str, name: str, wired: Mapping[str, str], *, independent: bool = False) -> NamedKeys:
-    """The parameters of a block that can be set; ``wired``: those that are not, and what they are wired to.
+def keys_of(kind: str, name: str, wires: Mapping[str, str], *, independent: bool = False) -> NamedKeys:
+    """The parameters of a block that can be set; ``wires``: those that are not, and what they are wired to.
 
     ``independent``: the program starts with Indep TRUE.
     """
     rows = {row.name: row for row in BLOCK_TYPES[kind].inputs}
-    fixed = {row: f"the program wires {text} to {name}.{row}; set that" for row, text in wired.items()}
+    unsettable = {row: f"the program wires {text} to {name}.{row}; set that" for row, text in wires.items()}
     if "PV" in rows:
-        fixed.setdefault("PV", "the plant writes it; pv: is the event of a broken sensor")
+        unsettable.setdefault("PV", "the plant writes it; pv: is the event of a broken sensor")
     parsers: dict[str, ContentParser] = {**dict.fromkeys(TIMES, parse_seconds), **dict.fromkeys(WORDS, parse_tune_mode)}
     parsers |= dict.fromkeys(TIMES_OR_GAINS, parse_gain if independent else parse_seconds)
-    short = {key: row for key, row in SHORT.items() if row in rows}
-    return NamedKeys(rows, short, {}, fixed, parsers)
+    short = {key: row for key, row in SHORT_FORMS.items() if row in rows}
+    return NamedKeys(rows, short, {}, unsettable, parsers)
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -182,9 +182,11 @@ def keys_of(kind: str, name: str, wired: Mapping[str, str], *, independent: bool
 MODE_KEYS = ("Manual", "CASC", "TRK_IN", "AutoTune")
 """The inputs that choose the mode of a loop."""
 SELECTORS = (terms.SELECT_MAX, terms.SELECT_MIN)
-SELECTED = [(terms.PLACES["ControlSelectMax"][f"MV{i}"], terms.PLACES["ControlSelectMax"][f"OVERR{i}"]) for i in (1, 2)]
+SELECTOR_INPUTS = [
+    (terms.OFFSETS["ControlSelectMax"][f"MV{i}"], terms.OFFSETS["ControlSelectMax"][f"OVERR{i}"]) for i in (1, 2)
+]
 """The inputs of a selector, and what tells the controller behind each that it is left out."""
-PWM = terms.PLACES["ControlPWM"]
+PWM = terms.OFFSETS["ControlPWM"]
 
 
 class Facts(Memory):
@@ -194,10 +196,10 @@ class Facts(Memory):
     form_key = "Indep"
     mode_keys = MODE_KEYS
 
-    def wires_of(self, place: int) -> Iterator[tuple[int, list[int]]]:
+    def wires_of(self, block: int) -> Iterator[tuple[int, list[int]]]:
         """The wires of a block: the parameter that each renews, and the signals that it reads."""
-        config, aux = self.configs[place], self.aux
-        for row in range(ROWS + ROW * config.wires, ROWS + ROW * config.wires_end, ROW):
+        config, aux = self.configs[block], self.aux
+        for row in range(FIRST_ROW + ROW_SIZE * config.wires_begin, FIRST_ROW + ROW_SIZE * config.wires_end, ROW_SIZE):
             code = range(int(aux[row + 2]), int(aux[row + 3]), 2)
             yield int(aux[row]), [int(aux[at + 1]) for at in code if aux[at] == SIGNAL]
 
@@ -215,23 +217,23 @@ class Facts(Memory):
         for copy in self.copies:
             for part in (copy.value, copy.when):
                 yield from ((source, copy.target) for source in (part.signals if part else ()))
-        for place, i in enumerate(self.listed):
-            for target, sources in self.wires_of(place):
-                yield from ((source, target) for source in sources if self.follows(place, target, source, sources))
+        for block, i in enumerate(self.listed_items):
+            for target, sources in self.wires_of(block):
+                yield from ((source, target) for source in sources if self.wire_follows(block, target, source, sources))
             rows = list(enumerate(self.layout.instances[i].kind.table.rows, self.layout.instances[i].base))
             outputs = [slot for slot, row in rows if row.access == "output"]
             for slot, row in rows:
                 if row.access == "input":
                     yield from ((slot, output) for output in outputs)
                 if row.name in {"SP", "SP_CASC"} and self.items[i].loop is not None:
-                    yield slot, self.configs[place].sp_slot
+                    yield slot, self.configs[block].sp_slot
 
-    def follows(self, place: int, target: int, source: int, sources: list[int]) -> bool:
+    def wire_follows(self, block: int, target: int, source: int, sources: list[int]) -> bool:
         """Whether a wire's value follows a signal that it reads."""
-        config, aux = self.configs[place], self.aux
-        rows = range(ROWS + ROW * config.wires, ROWS + ROW * config.wires_end, ROW)
-        at = next(row for row in rows if int(aux[row]) == target)
-        first, last = int(aux[at + 2]), int(aux[at + 3])
+        config, aux = self.configs[block], self.aux
+        rows = range(FIRST_ROW + ROW_SIZE * config.wires_begin, FIRST_ROW + ROW_SIZE * config.wires_end, ROW_SIZE)
+        position = next(row for row in rows if int(aux[row]) == target)
+        first, last = int(aux[position + 2]), int(aux[position + 3])
         if CONSTANT not in {int(op) for op in aux[first:last:2]}:
             return True
 
@@ -244,21 +246,21 @@ class Facts(Memory):
     @property
     def masters(self) -> list[int]:
         """The loop whose MV comes in at SP_CASC, by whatever blocks."""
-        outs = {config.out_slot: i for i, config in enumerate(self.configs[: len(self.loops)])}
+        loop_by_output = {config.out_slot: i for i, config in enumerate(self.configs[: len(self.loops)])}
         sources = defaultdict(list)
         for source, target in self.flow:
             sources[target].append(source)
-        found = []
+        masters = []
         for i, config in enumerate(self.configs[: len(self.loops)]):
             waiting, seen, master = [config.base + terms.SP_CASC] if config.kind != terms.ON_OFF else [], set(), -1
             while waiting and master < 0:
                 slot = waiting.pop(0)
-                master = outs.get(slot, -1) if outs.get(slot, i) != i else -1
-                if slot not in seen and slot not in outs:
+                master = loop_by_output.get(slot, -1) if loop_by_output.get(slot, i) != i else -1
+                if slot not in seen and slot not in loop_by_output:
                     seen.add(slot)
                     waiting += sources[slot]
-            found.append(master)
-        return found
+            masters.append(master)
+        return masters
 
     def intended_mode(self, loop: int, signals: Sequence[float]) -> str:
         """What Manual and CASC say, or what they are wired to."""
@@ -271,12 +273,12 @@ class Facts(Memory):
         number = self.layout.numbers.get(f"{self.loops[loop]}.{row}")
         return 0.0 if number is None else self.wired_value(loop, number, signals)
 
-    def wired_value(self, place: int, number: int, signals: Sequence[float]) -> float:
+    def wired_value(self, block: int, number: int, signals: Sequence[float]) -> float:
         """What a parameter of a block has at its next call: its value, or that of its wire where it has one."""
-        config = self.configs[place]
-        for at in range(ROWS + ROW * config.wires, ROWS + ROW * config.wires_end, ROW):
-            if int(self.aux[at]) == number:
-                value = value_of(self.aux, int(self.aux[at + 2]), int(self.aux[at + 3]), signals)
+        config = self.configs[block]
+        for row in range(FIRST_ROW + ROW_SIZE * config.wires_begin, FIRST_ROW + ROW_SIZE * config.wires_end, ROW_SIZE):
+            if int(self.aux[row]) == number:
+                value = value_of(self.aux, int(self.aux[row + 2]), int(self.aux[row + 3]), signals)
                 return signals[number] if self.aux[int(self.aux[0])] else value
         return signals[number]
 
@@ -287,7 +289,7 @@ class Facts(Memory):
     def mode_inputs(self, loop: int) -> set[int]:
         """What the wires of its mode inputs read."""
         base = self.configs[loop].base
-        kind = self.layout.instances[self.listed[loop]].kind
+        kind = self.layout.instances[self.listed_items[loop]].kind
         places = {base + i for i, row in enumerate(kind.table.rows) if row.name in MODE_KEYS}
         return {slot for target, sources in self.wires_of(loop) if target in places for slot in sources}
 
@@ -308,7 +310,7 @@ class Facts(Memory):
             return False
         base = self.configs[loop].base
         ti_ki = signals[base + terms.TI_KI]
-        return bool(ti_ki > 0.0 if signals[base + terms.INDEP] else ti_ki >= LEAST_TI)
+        return bool(ti_ki > 0.0 if signals[base + terms.INDEP] else ti_ki >= MIN_TI)
 
     def dead_band(self, loop: int, signals: Sequence[float]) -> float:
         """DeadBand."""
@@ -316,17 +318,17 @@ class Facts(Memory):
 
     def pulse_cycle(self, loop: int) -> float:
         """The period of a ControlPWM that reads the loop's MV."""
-        for place, config in enumerate(self.configs):
-            reads = any(self.configs[loop].out_slot in sources for _, sources in self.wires_of(place))
+        for block, config in enumerate(self.configs):
+            reads = any(self.configs[loop].out_slot in sources for _, sources in self.wires_of(block))
             if config.kind == terms.PWM and reads:
                 return float(self.signal_values[config.base + PWM["Period"]] * config.period / TICKS)
         return 0.0
 
     def program_errors(self, signals: Sequence[float]) -> Iterator[str]:
         """Blocks whose output Error was on at some time; loops have ErrBits."""
-        for place, i in enumerate(self.listed):
-            if self.states[place].has_erred:
-                now = "is" if signals[self.configs[place].error] else "was"
+        for block, i in enumerate(self.listed_items):
+            if self.states[block].has_erred:
+                now = "is" if signals[self.configs[block].error_slot] else "was"
                 yield f"{self.layout.instances[i].name}.Error {now} on"
 
     def windup_input(self, loop: int, signals: Sequence[float]) -> bool:
@@ -336,31 +338,31 @@ class Facts(Memory):
             signals[base + terms.WINDUP_H_IN] or signals[base + terms.WINDUP_L_IN]
         )
 
-    def left_out(self, loop: int, signals: Sequence[float], own: Collection[int], rivals: Collection[int]) -> bool:
+    def is_deselected(self, loop: int, signals: Sequence[float], own: Collection[int], rivals: Collection[int]) -> bool:
         """Whether a selector behind its MV takes a rival; where there is no selector, whether OVERR is on."""
-        behind = False
-        for place, config in enumerate(self.configs):
-            wired = dict(self.wires_of(place)) if config.kind in SELECTORS else {}
-            inputs = [set(wired.get(config.base + value, ())) for value, _ in SELECTED]
-            for (_, out), lost, taken in zip(SELECTED, inputs, reversed(inputs), strict=True):
-                behind = behind or bool(lost & set(own))
+        has_selector = False
+        for block, config in enumerate(self.configs):
+            wired = dict(self.wires_of(block)) if config.kind in SELECTORS else {}
+            inputs = [set(wired.get(config.base + value, ())) for value, _ in SELECTOR_INPUTS]
+            for (_, out), lost, taken in zip(SELECTOR_INPUTS, inputs, reversed(inputs), strict=True):
+                has_selector = has_selector or bool(lost & set(own))
                 if signals[config.base + out] and lost & set(own) and taken & set(rivals):
                     return True
-        return not behind and bool(self.states[loop].status & terms.OVERRIDDEN)
+        return not has_selector and bool(self.states[loop].status & terms.OVERRIDDEN)
 
 
 # --- The virtual NextoPID program: built from its parameters, operated as by its operator -----------------------------
 
-OPERATED = ("SP", "ManualMV", "Manual", "CASC")
+OPERATOR_INPUTS = ("SP", "ManualMV", "Manual", "CASC")
 """Inputs of a loop that are the operator's: a wire to one is his switch, or his panel."""
-LONG = ("Tc", "Tlag", "DelayTime")
+TIME_PARAMETERS = ("Tc", "Tlag", "DelayTime")
 """Parameters of blocks that are times for something to settle."""
 
 
 class Nextopid(Facts):
     """A NextoPID program as loaded."""
 
-    setpoint = SHORT["setpoint"]
+    setpoint = SHORT_FORMS["setpoint"]
     out_name = "MV"
     modes: Mapping[str, int] = MODE_BITS
     commands: Mapping[str, Sequence[str]] = {"ramp_soak": (), "autotune": ("start", "cancel", "accept"), "plc": ()}
@@ -372,16 +374,16 @@ class Nextopid(Facts):
     def __init__(self, image: Program, options: NoOptions | None = None) -> None:
         super().__init__(image)
         self.keys = {item.name: self._keys(item.name, item.type) for item in self.items}
-        self.goals = [self._goal(loop) for loop in self.loops]
+        self.initial_modes = [self._initial_mode(loop) for loop in self.loops]
         self.scales = [self._scale(loop) for loop in self.loops]
-        self.signals = self._names()
-        self.wired = frozenset(loop for loop in self.loops if f"{loop}.PV" not in self.outside)
+        self.signals = self._signal_names()
+        self.wired_loops = frozenset(loop for loop in self.loops if f"{loop}.PV" not in self.outside_inputs)
         """Loops whose PV comes from the program itself."""
-        self.inputs = self._inputs()
-        self.longest = self._longest()
-        self.inlets = {loop: name for loop in self.wired if (name := self._inlet(f"{loop}.PV"))}
+        self.inputs = self._find_inputs()
+        self.longest_time = self._find_longest_time()
+        self.pv_inputs = {loop: name for loop in self.wired_loops if (name := self._find_pv_input(f"{loop}.PV"))}
 
-    def _wired(self, name: str) -> dict[str, str]:
+    def _wire_texts(self, name: str) -> dict[str, str]:
         prefix = f"{name}."
         return {
             key.removeprefix(prefix): content.text
@@ -390,7 +392,7 @@ class Nextopid(Facts):
         }
 
     def _keys(self, name: str, kind: str) -> NamedKeys:
-        return keys_of(kind, name, self._wired(name), independent=bool(self._value(name, "Indep")))
+        return keys_of(kind, name, self._wire_texts(name), independent=bool(self._value(name, "Indep")))
 
     def _slot(self, loop: str, row: str) -> int:
         return self.layout.numbers[f"{loop}.{row}"]
@@ -398,34 +400,36 @@ class Nextopid(Facts):
     def _value(self, loop: str, row: str) -> float:
         """A parameter before the first cycle, with the first values of what it is wired to."""
         number = self.layout.numbers.get(f"{loop}.{row}")
-        place = next(at for at, i in enumerate(self.listed) if self.items[i].name == loop)
+        place = next(at for at, i in enumerate(self.listed_items) if self.items[i].name == loop)
         return 0.0 if number is None else self.wired_value(place, number, self.signal_values)
 
-    def _goal(self, loop: str) -> str:
+    def _initial_mode(self, loop: str) -> str:
         if self._value(loop, "Manual"):
             return "manual"
         return "cascade" if self._value(loop, "CASC") else "auto"
 
     def _scale(self, loop: str) -> tuple[float, float, int]:
         low, high = self._value(loop, "MinPV"), self._value(loop, "MaxPV")
-        return low, high if high > low else low + 1.0, COUNTS
+        return low, high if high > low else low + 1.0, COUNTS_PER_RANGE
 
-    def _names(self) -> list[str]:
+    def _signal_names(self) -> list[str]:
         """Signals of the report: those from outside, what loops and blocks give, and what wires read."""
-        shown = set(range(len(self.layout.signals)))
+        shown_numbers = set(range(len(self.layout.signals)))
         for instance in self.layout.instances:
             for i, row in enumerate(instance.kind.table.rows):
                 if instance.name in self.loops:
-                    wanted = row.name in SHOWN or (row.access == "output" and instance.base + i in self.read)
+                    wanted = row.name in SIGNAL_PARAMETERS or (
+                        row.access == "output" and instance.base + i in self.read_signals
+                    )
                 else:
                     wanted = row.access == "output" and row.name not in {"Error", "SampleTime", "Warning"}
                 if wanted and "Bits." not in row.name:
-                    shown.add(instance.base + i)
-        name_of = {number: name for name, number in self.layout.numbers.items() if number in shown}
+                    shown_numbers.add(instance.base + i)
+        name_of = {number: name for name, number in self.layout.numbers.items() if number in shown_numbers}
         name_of |= {self.configs[i].sp_slot: f"{loop}.SP" for i, loop in enumerate(self.loops)}
         return [name_of.get(number, "") for number in range(len(self.signal_values))]
 
-    def _inputs(self) -> dict[str, int]:
+    def _find_inputs(self) -> dict[str, int]:
         """Signals from outside, and parameters of blocks that nothing is wired to."""
         inputs = {name: self.layout.numbers[name] for name in self.layout.signals}
         for item in self.items:
@@ -433,10 +437,10 @@ class Nextopid(Facts):
                 for row in BLOCK_TYPES[item.type].inputs:
                     name = f"{item.name}.{row.name}"
                     if not isinstance(self.words.get(name), Wire):
-                        inputs[name] = self.outside.get(name, self.layout.numbers[name])
+                        inputs[name] = self.outside_inputs.get(name, self.layout.numbers[name])
         return inputs
 
-    def _inlet(self, name: str) -> str | None:
+    def _find_pv_input(self, name: str) -> str | None:
         """Where a measurement comes into the program: followed back through wires and filters; None: nowhere alone."""
         for _ in range(2 * len(self.items) + 1):
             content = self.words.get(name)
@@ -447,9 +451,9 @@ class Nextopid(Facts):
             name = content.text.replace(".OutVar", ".InVar")
         return None
 
-    def _longest(self) -> float:
+    def _find_longest_time(self) -> float:
         """Time constants and delays of all blocks, as they stand before the first cycle."""
-        names = (f"{item.name}.{row}" for item in self.items for row in LONG if item.loop is None)
+        names = (f"{item.name}.{row}" for item in self.items for row in TIME_PARAMETERS if item.loop is None)
         slots = (self.layout.numbers[name] for name in names if name in self.layout.numbers)
         return max([0.0, *(self.signal_values[slot] for slot in slots)])
 
@@ -463,7 +467,7 @@ class Nextopid(Facts):
     # --- what the runner reads ---------------------------------------------------------------------------------------
 
     @property
-    def rises(self) -> list[bool]:
+    def output_raises_pv(self) -> list[bool]:
         """Reverse action at the start: the PV rises with MV."""
         return [not self._value(loop, "Direct") for loop in self.loops]
 
@@ -478,9 +482,9 @@ class Nextopid(Facts):
         return next((name for name, bit in MODE_BITS.items() if status & bit), "auto")
 
     @classmethod
-    def is_about_mode(cls, requested: int, reason: int) -> bool:
+    def is_about_mode(cls, requested_mode: int, reason: int) -> bool:
         """Whether a mode was requested."""
-        return requested != 0
+        return requested_mode != 0
 
     # --- signals and parameters --------------------------------------------------------------------------------------
 
@@ -504,7 +508,7 @@ class Nextopid(Facts):
         is_time = keys.find(path).name in TIMES_OR_GAINS and parse_duration(value).unit is not None
         return Seconds(content) if is_time else content
 
-    def period_set(self, loop: int, path: tuple[str, ...], value: Any) -> int:
+    def new_period(self, loop: int, path: tuple[str, ...], value: Any) -> int:
         """No parameter is a sample time."""
         return 0
 
@@ -513,32 +517,32 @@ class Nextopid(Facts):
         name, config = self.loops[loop], self.configs[loop]
         row = self.keys[name].find(path)
         content: Content = value
-        if isinstance(value, Seconds) and self._of(loop, "Indep", signals):
+        if isinstance(value, Seconds) and self._parameter_value(loop, "Indep", signals):
             return f"is not written: a time, but Indep is TRUE now, and {row.name} a gain"
         signals[self._slot(name, row.name)] = number_of(row.type, content)
-        if row.name == "SP" and not self._of(loop, "CASC", signals):
+        if row.name == "SP" and not self._parameter_value(loop, "CASC", signals):
             low, high, _ = self.scales[loop]
             signals[config.sp_slot] = min(max(signals[self._slot(name, "SP")], low), high)
-        if row.name == "SP" and self._of(loop, "CASC", signals):
+        if row.name == "SP" and self._parameter_value(loop, "CASC", signals):
             return "the loop is in cascade mode and follows SP_CASC"
-        if row.name == "ManualMV" and not self._of(loop, "Manual", signals):
+        if row.name == "ManualMV" and not self._parameter_value(loop, "Manual", signals):
             return "the loop is not in manual mode"
         return None
 
-    def operated(self, image: Program) -> Program:
+    def unwire_operator_inputs(self, image: Program) -> Program:
         """The program with the operator's inputs unwired, each at the first value of its wire."""
-        names = {f"{loop}.{row}" for loop in self.loops for row in OPERATED}
-        cells = (self._unwired(cell) if cell.address in names else cell for cell in image.cells)
+        names = {f"{loop}.{row}" for loop in self.loops for row in OPERATOR_INPUTS}
+        cells = (self._unwire(cell) if cell.address in names else cell for cell in image.cells)
         return replace(image, cells=tuple(cells))
 
-    def _unwired(self, cell: Entry) -> Entry:
+    def _unwire(self, cell: Entry) -> Entry:
         if not isinstance(cell.raw, Wire):
             return cell
         loop, _, row = cell.address.partition(".")
         value = self._value(loop, row)
         return cell._replace(raw=value if cell.type.kind == "real" else int(value))
 
-    def _of(self, loop: int, row: str, signals: Sequence[float]) -> float:
+    def _parameter_value(self, loop: int, row: str, signals: Sequence[float]) -> float:
         number = self.layout.numbers.get(f"{self.loops[loop]}.{row}")
         return 0.0 if number is None else signals[number]
 
@@ -547,7 +551,7 @@ class Nextopid(Facts):
     def request(self, loop: int, mode: str) -> None:
         """Manual and CASC are written (D690), unless the program wires them."""
         name, state, code = self.loops[loop], self.states[loop], self.request_code(mode)
-        wired = self._wired(name)
+        wired = self._wire_texts(name)
         if mode == "cascade" and f"{name}.CASC" not in self.layout.numbers:
             leave_notice(state, NO_CASCADE, code)
         elif "Manual" in wired:
@@ -566,7 +570,7 @@ class Nextopid(Facts):
         name, state = self.loops[loop], self.states[loop]
         if f"{name}.AutoTune" not in self.layout.numbers:
             leave_notice(state, NO_TUNE)
-        elif "AutoTune" in self._wired(name):
+        elif "AutoTune" in self._wire_texts(name):
             leave_notice(state, TUNE_IS_WIRED)
         elif command == "accept" and state.tune_phase != equation.DONE:
             leave_notice(state, NOTHING_TO_ACCEPT)
@@ -574,16 +578,16 @@ class Nextopid(Facts):
             state.command |= ACCEPT if command == "accept" else 0
             write_switch(state, TUNE, on=command == "start")
 
-    def tuned(self, loop: int) -> TuneReport | None:
+    def tuning_result(self, loop: int) -> TuneReport | None:
         """How the last auto-tuning of a loop went; None where there was none."""
         state = self.states[loop]
-        if state.tune_end == NO_RUN:
+        if state.tune_outcome == NO_RUN:
             return None
-        ended = state.tune_end in {DONE, FAILED}
+        ended = state.tune_outcome in {DONE, FAILED}
         flags = [name for i, name in enumerate(RESULT_FLAGS) if state.result_flags >> i & 1 and ended]
-        status = ", ".join(flags) or TUNE_STATUS[state.tune_end]
+        status = ", ".join(flags) or TUNE_STATUS[state.tune_outcome]
         results = [shortest_single(result) for result in (state.result_kp, state.result_ti, state.result_td)]
-        return self.tune_report(status, results if any(results) else [], done=ended, error=state.tune_end == FAILED)
+        return self.tune_report(status, results if any(results) else [], done=ended, error=state.tune_outcome == FAILED)
 
 
 load = Nextopid

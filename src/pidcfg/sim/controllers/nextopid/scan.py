@@ -8,10 +8,10 @@ from typing import Any
 from pidcfg.encoders.maps.nextopid import MOST_SAMPLES
 from pidcfg.encoders.parameters import Content, Parameter, content_text, raw_of, register_content
 from pidcfg.schemas.iec import IecType, Wire, time_text
-from pidcfg.sim.controllers.kernels import clamp, finite_or, nearest, single
+from pidcfg.sim.controllers.kernels import clamp, finite_or, round_half_even, single
 from pidcfg.sim.controllers.nextopid import terms
 from pidcfg.sim.controllers.nextopid.equation import call_pid
-from pidcfg.sim.controllers.nextopid.memory import execute_moves, number_of, value_of, wire_in
+from pidcfg.sim.controllers.nextopid.memory import execute_moves, number_of, read_wires, value_of
 from pidcfg.sim.controllers.nextopid.plc import Nextopid, keep_results, load, write_commands
 from pidcfg.sim.controllers.nextopid.terms import (
     AUTO_MODE,
@@ -20,23 +20,23 @@ from pidcfg.sim.controllers.nextopid.terms import (
     ERROR_BASE,
     MANUAL_MODE,
     MODES,
-    PLACES,
+    OFFSETS,
     Config,
     State,
     lag_share,
 )
 from pidcfg.sim.controllers.plc import NoOptions as Options
-from pidcfg.sim.controllers.settings import NO_LOOP, NO_REGISTER, Done, RegisterError, Registers
+from pidcfg.sim.controllers.settings import NO_LOOP, NO_REGISTER, RegisterError, Registers, WriteResult
 from pidcfg.sim.costs import COSTS
 
 # --- ControlLowFilter, ControlLag and ControlLeadLag: exact first-order steps, every result in single precision -------
 #
 # A first call has no time before it: it shows where the block starts (D237). At a limit a lag goes on from it (D238);
-# a result that is no number is not written (D247). D numbers: see `nextopid.BLOCKS`.
+# a result that is no number is not written (D247). D numbers: see `nextopid.BLOCK_DECISIONS`.
 
-_FILTER = PLACES["ControlLowFilter"]
-_LAG = PLACES["ControlLag"]
-_LEAD_LAG = PLACES["ControlLeadLag"]
+_FILTER = OFFSETS["ControlLowFilter"]
+_LAG = OFFSETS["ControlLag"]
+_LEAD_LAG = OFFSETS["ControlLeadLag"]
 
 _F_IN, _F_TC = _FILTER["InVar"], _FILTER["Tc"]
 _F_OUT, _F_ERROR, _F_TS = _FILTER["OutVar"], _FILTER["Error"], _FILTER["SampleTime"]
@@ -83,26 +83,28 @@ def low_filter(config: Config, state: State, signals: MutableSequence[float]) ->
     signals[base + _F_OUT] = state.lag_output
 
 
-def lag_fault(at: int, signals: Sequence[float]) -> bool:
+def lag_fault(base: int, signals: Sequence[float]) -> bool:
     """Whether a lag's parameters stop it, crossed limits among them (kernel).
 
-    ``at``: where ControlLag's parameters would begin.
+    ``base``: where ControlLag's parameters would begin.
     """
     return not (
-        signals[at + _TC] > 0.0 and signals[at + _LAG_LOW] <= signals[at + _LAG_INIT] <= signals[at + _LAG_HIGH]
+        signals[base + _TC] > 0.0 and signals[base + _LAG_LOW] <= signals[base + _LAG_INIT] <= signals[base + _LAG_HIGH]
     )
 
 
-def step_lag(config: Config, state: State, in_var: float, at: int, signals: MutableSequence[float]) -> None:
+def step_lag(config: Config, state: State, in_var: float, base: int, signals: MutableSequence[float]) -> None:
     """The output of a lag with the input ``in_var`` (kernel)."""
     if state.started == 0:
         state.started = 1
-        state.lag_output = signals[at + _LAG_INIT]
+        state.lag_output = signals[base + _LAG_INIT]
     else:
-        target = single(single(signals[at + _GS] * in_var) + signals[at + _OFFSET])
-        lagged = approach_target(state.lag_output, target, sample_share(config, state, signals[at + _TC]))
-        state.lag_output = finite_or(clamp(lagged, signals[at + _LAG_LOW], signals[at + _LAG_HIGH]), state.lag_output)
-    signals[at + _LAG_OUT] = state.lag_output
+        target = single(single(signals[base + _GS] * in_var) + signals[base + _OFFSET])
+        lagged = approach_target(state.lag_output, target, sample_share(config, state, signals[base + _TC]))
+        state.lag_output = finite_or(
+            clamp(lagged, signals[base + _LAG_LOW], signals[base + _LAG_HIGH]), state.lag_output
+        )
+    signals[base + _LAG_OUT] = state.lag_output
 
 
 def call_lag(config: Config, state: State, signals: MutableSequence[float]) -> None:
@@ -147,13 +149,13 @@ def lead_lag(config: Config, state: State, signals: MutableSequence[float]) -> N
 # ``state.position``. It starts full of InitDelayedVar, and a delay of another length starts full of what the last one
 # gave, so that the output stands for the new delay (D240). A delay is rounded to samples (D239).
 
-_DELAY = PLACES["ControlDelay"]
-_DELAY_LAG = PLACES["ControlDelayLag"]
+_DELAY = OFFSETS["ControlDelay"]
+_DELAY_LAG = OFFSETS["ControlDelayLag"]
 _DELAY_IN, _TIME, _DELAY_INIT = _DELAY["InVar"], _DELAY["DelayTime"], _DELAY["InitDelayedVar"]
 """ControlDelayLag has them at the same places."""
 _DELAY_OUT, _DELAY_ERROR, _DELAY_TS = _DELAY["OutVar"], _DELAY["Error"], _DELAY["SampleTime"]
 _LAG_ERROR, _LAG_TS = _DELAY_LAG["Error"], _DELAY_LAG["SampleTime"]
-LAG_AT = _DELAY_LAG["Gs"] - PLACES["ControlLag"]["Gs"]
+LAG_OFFSET = _DELAY_LAG["Gs"] - OFFSETS["ControlLag"]["Gs"]
 """How far the rest of ControlDelayLag's parameters is behind ControlLag's."""
 
 ROUNDING_SHARE = 1.0 - 2.0**-22
@@ -169,7 +171,7 @@ def begin_line(config: Config, state: State, aux: MutableSequence[float], sample
     """A line of this length, full of one value (kernel)."""
     state.samples = samples
     state.position = 0
-    state.delayed = value
+    state.delayed_value = value
     for i in range(samples):
         aux[config.buffer + i] = value
 
@@ -178,21 +180,21 @@ def delay_input(config: Config, state: State, aux: MutableSequence[float], signa
     """What InVar was a DelayTime ago (kernel)."""
     base = config.base
     in_var = signals[base + _DELAY_IN]
-    samples = int(nearest(single(signals[base + _TIME] / config.sample_time)))
+    samples = int(round_half_even(single(signals[base + _TIME] / config.sample_time)))
     if state.started == 0:
         begin_line(config, state, aux, samples, signals[base + _DELAY_INIT])
     elif samples != state.samples:
-        begin_line(config, state, aux, samples, state.delayed)
+        begin_line(config, state, aux, samples, state.delayed_value)
     if samples == 0:
-        state.delayed = in_var
+        state.delayed_value = in_var
         return in_var
     oldest = config.buffer + state.position
-    state.delayed = aux[oldest]
+    state.delayed_value = aux[oldest]
     aux[oldest] = in_var
     state.position += 1
     if state.position == samples:
         state.position = 0
-    return state.delayed
+    return state.delayed_value
 
 
 def call_delay(config: Config, state: State, aux: MutableSequence[float], signals: MutableSequence[float]) -> None:
@@ -211,11 +213,11 @@ def delay_lag(config: Config, state: State, aux: MutableSequence[float], signals
     """One call of ControlDelayLag: the delay first, then the lag (kernel)."""
     base = config.base
     signals[base + _LAG_TS] = config.sample_time
-    if delay_fault(config, signals[base + _TIME]) or lag_fault(base + LAG_AT, signals):
+    if delay_fault(config, signals[base + _TIME]) or lag_fault(base + LAG_OFFSET, signals):
         signals[base + _LAG_ERROR] = 1.0
         return
     signals[base + _LAG_ERROR] = 0.0
-    step_lag(config, state, delay_input(config, state, aux, signals), base + LAG_AT, signals)
+    step_lag(config, state, delay_input(config, state, aux, signals), base + LAG_OFFSET, signals)
 
 
 # --- ControlON_OFF: the output switches where the error leaves the dead band (D244) -----------------------------------
@@ -223,20 +225,20 @@ def delay_lag(config: Config, state: State, aux: MutableSequence[float], signals
 # With an error bit the block is not executed, and its other outputs stay (D235). `State.status` has its two error
 # bits where it has those of the PID blocks, so that each is reported under its own name.
 
-_ON_OFF = PLACES["ControlON_OFF"]
+_ON_OFF = OFFSETS["ControlON_OFF"]
 _SP, _PV, _BAND, _ON_OFF_HIGH, _ON_OFF_LOW = (_ON_OFF[name] for name in ("SP", "PV", "DeadBand", "MaxPV", "MinPV"))
 _DIRECT, _MANUAL, _MANUAL_MV, _ON_OFF_MV = (_ON_OFF[name] for name in ("Direct", "Manual", "ManualMV", "MV"))
 _ERR_PV_LIMITS, _ERR_DEAD_BAND = _ON_OFF["ErrBits.MaxMinPV"], _ON_OFF["ErrBits.DeadBand"]
 _WARN_BITS = _ON_OFF["WarnBits.PV_MaxPV"]
 """The first of four, in the order of the table, which is that of the PID blocks."""
-WARNINGS = 4
+WARNING_COUNT = 4
 PV_HIGH, PV_LOW, SP_HIGH, SP_LOW = 1, 2, 4, 8
 
 
-def write_bits(at: int, count: int, bits: int, signals: MutableSequence[float]) -> None:
+def write_bits(first: int, count: int, bits: int, signals: MutableSequence[float]) -> None:
     """A set of bits as BOOLs, one after the other (kernel)."""
     for i in range(count):
-        signals[at + i] = float((bits >> i) & 1)
+        signals[first + i] = float((bits >> i) & 1)
 
 
 def limit_inputs(config: Config, state: State, signals: MutableSequence[float]) -> None:
@@ -261,7 +263,7 @@ def limit_inputs(config: Config, state: State, signals: MutableSequence[float]) 
         warnings |= SP_LOW
     if warnings != state.aux_status:
         state.aux_status = warnings
-        write_bits(base + _WARN_BITS, WARNINGS, warnings, signals)
+        write_bits(base + _WARN_BITS, WARNING_COUNT, warnings, signals)
 
 
 def on_off(config: Config, state: State, signals: MutableSequence[float]) -> None:
@@ -294,7 +296,7 @@ def on_off(config: Config, state: State, signals: MutableSequence[float]) -> Non
 #
 # The on-cycles come first in a period, as many as MV is where the period begins, rounded (D241, D242).
 
-_PWM = PLACES["ControlPWM"]
+_PWM = OFFSETS["ControlPWM"]
 _PWM_MV, _PWM_HIGH, _PWM_LOW, _PERIOD = _PWM["MV"], _PWM["MaxMV"], _PWM["MinMV"], _PWM["Period"]
 _PWM_OUT, _PWM_ERROR, _WARNING = _PWM["PWM"], _PWM["Error"], _PWM["Warning"]
 
@@ -313,7 +315,7 @@ def call_pwm(config: Config, state: State, signals: MutableSequence[float]) -> N
     limited = clamp(mv, low, high)
     signals[base + _WARNING] = 1.0 if limited != mv else 0.0
     if state.position == 0:
-        on = nearest(single(single(single(limited - low) / single(high - low)) * period))
+        on = round_half_even(single(single(single(limited - low) / single(high - low)) * period))
         state.samples = int(period)
         state.on_cycles = int(on) if on > 0.0 else 0
     signals[base + _PWM_OUT] = 1.0 if state.position < state.on_cycles else 0.0
@@ -324,24 +326,24 @@ def call_pwm(config: Config, state: State, signals: MutableSequence[float]) -> N
 
 # --- ControlSelectMax, ControlSelectMin and ControlSplitRange: functions, which keep nothing from call to call --------
 #
-# Of two equal outputs MV2 is selected (D245); a range is split at SPLIT (D246). D numbers: see `nextopid.BLOCKS`.
+# Of two equal outputs MV2 is selected (D245); a range is split at SPLIT (D246). D numbers: `nextopid.BLOCK_DECISIONS`.
 
-_SELECT = PLACES["ControlSelectMax"]
+_SELECT = OFFSETS["ControlSelectMax"]
 """ControlSelectMin has the same places."""
 _MV1, _MV2, _SELECT_MV = _SELECT["MV1"], _SELECT["MV2"], _SELECT["MV"]
 _OVERR1, _OVERR2 = _SELECT["OVERR1"], _SELECT["OVERR2"]
-_SPLIT = PLACES["ControlSplitRange"]
+_SPLIT = OFFSETS["ControlSplitRange"]
 _SPLIT_IN, _POINT, _MODE = _SPLIT["MV"], _SPLIT["SPLIT"], _SPLIT["Mode"]
 _OUT1, _OUT2, _SPLIT_ERROR = _SPLIT["MV1"], _SPLIT["MV2"], _SPLIT["Error"]
-FULL = 100.0
+FULL_RANGE = 100.0
 
 
-def select_input(config: Config, first: bool, signals: MutableSequence[float]) -> None:  # noqa: FBT001 - a kernel
+def select_input(config: Config, takes_first: bool, signals: MutableSequence[float]) -> None:  # noqa: FBT001 - a kernel
     """Takes one of the two and tells the other one that it is overridden (kernel)."""
     base = config.base
-    signals[base + _SELECT_MV] = signals[base + (_MV1 if first else _MV2)]
-    signals[base + _OVERR1] = 0.0 if first else 1.0
-    signals[base + _OVERR2] = 1.0 if first else 0.0
+    signals[base + _SELECT_MV] = signals[base + (_MV1 if takes_first else _MV2)]
+    signals[base + _OVERR1] = 0.0 if takes_first else 1.0
+    signals[base + _OVERR2] = 1.0 if takes_first else 0.0
 
 
 def select_max(config: Config, signals: MutableSequence[float]) -> None:
@@ -360,23 +362,23 @@ def split_range(config: Config, signals: MutableSequence[float]) -> None:
     mv = signals[base + _SPLIT_IN]
     point = signals[base + _POINT]
     mode = signals[base + _MODE]
-    if not (1.0 <= mode <= 4.0 and 0.0 <= mv <= FULL and 0.0 < point < FULL):
+    if not (1.0 <= mode <= 4.0 and 0.0 <= mv <= FULL_RANGE and 0.0 < point < FULL_RANGE):
         signals[base + _SPLIT_ERROR] = 1.0
         signals[base + _OUT1] = 0.0
         signals[base + _OUT2] = 0.0
         return
     signals[base + _SPLIT_ERROR] = 0.0
-    lower = FULL
+    lower = FULL_RANGE
     upper = 0.0
     if mv < point:
-        lower = single(single(mv / point) * FULL)
+        lower = single(single(mv / point) * FULL_RANGE)
     else:
-        upper = single(single(single(mv - point) / single(FULL - point)) * FULL)
-    signals[base + _OUT1] = single(FULL - lower) if mode == 4.0 else lower
+        upper = single(single(single(mv - point) / single(FULL_RANGE - point)) * FULL_RANGE)
+    signals[base + _OUT1] = single(FULL_RANGE - lower) if mode == 4.0 else lower
     if mode == 1.0:
-        signals[base + _OUT2] = single(FULL - lower)
+        signals[base + _OUT2] = single(FULL_RANGE - lower)
     else:
-        signals[base + _OUT2] = single(FULL - upper) if mode == 3.0 else upper
+        signals[base + _OUT2] = single(FULL_RANGE - upper) if mode == 3.0 else upper
 
 
 # --- The virtual NextoPID: one cycle of the task ----------------------------------------------------------------------
@@ -434,27 +436,27 @@ def scan(tick: int, configs: list[Config], states: list[State], aux: list[float]
         if states[i].command != 0:
             write_commands(configs[i], states[i], signals)
         if configs[i].early_wires > 0:
-            wire_in(configs[i], states[i], aux, signals, configs[i].wires + configs[i].early_wires)
-    if count > 0 and configs[0].moves < configs[0].moves_first:
-        execute_moves(states[0], tick, aux, signals, configs[0].moves, configs[0].moves_first)
+            read_wires(configs[i], states[i], aux, signals, configs[i].wires_begin + configs[i].early_wires)
+    if count > 0 and configs[0].moves_begin < configs[0].early_moves_end:
+        execute_moves(states[0], tick, aux, signals, configs[0].moves_begin, configs[0].early_moves_end)
     for position in range(count):
-        called = configs[position].call_order
-        config = configs[called]
-        state = states[called]
+        block = configs[position].call_order
+        config = configs[block]
+        state = states[block]
         if tick >= state.due:
             state.due = tick + state.period
-            if config.wires < config.wires_end:
-                wire_in(config, state, aux, signals, config.wires_end)
+            if config.wires_begin < config.wires_end:
+                read_wires(config, state, aux, signals, config.wires_end)
             if state.fault != 0 and state.fault_at < 0:
                 state.fault_at = tick
             call_block(config, state, aux, signals)
-            if config.error >= 0 and signals[config.error] != 0.0:
+            if config.error_slot >= 0 and signals[config.error_slot] != 0.0:
                 state.has_erred = 1
-    if count > 0 and configs[0].moves_first < configs[0].moves_end:
-        execute_moves(states[0], tick, aux, signals, configs[0].moves_first, configs[0].moves_end)
+    if count > 0 and configs[0].early_moves_end < configs[0].moves_end:
+        execute_moves(states[0], tick, aux, signals, configs[0].early_moves_end, configs[0].moves_end)
 
 
-INLINED = (scan, wire_in, value_of)
+INLINED = (scan, read_wires, value_of)
 """The hot path of compiled code."""
 COST = COSTS["nextopid"]
 
@@ -474,7 +476,9 @@ class NextopidRegisters(Registers):
         self._rows = {name: (loops.get(name.partition(".")[0], NO_LOOP), row) for name, row in rows.items()}
         copied = {copy.target for copy in plc.copies if copy.when is None}
         numbers = plc.layout.numbers
-        self._written = {name for name in rows if isinstance(plc.words.get(name), Wire) or numbers[name] in copied}
+        self._program_written = {
+            name for name in rows if isinstance(plc.words.get(name), Wire) or numbers[name] in copied
+        }
         """What the program writes in every cycle."""
 
     def contents(self, loop: int, signals: Sequence[float]) -> Mapping[Any, int]:
@@ -486,24 +490,24 @@ class NextopidRegisters(Registers):
             if owner == loop
         }
 
-    def write(self, number: Any, raw: int, signals: MutableSequence[float]) -> Done:
+    def write(self, number: Any, raw: int, signals: MutableSequence[float]) -> WriteResult:
         """A signal from outside, or an input that the program does not write."""
         loop, row = self._rows[number]
         owner, _, name = number.partition(".")
         if row.access == "output":
             raise RegisterError(NO_REGISTER, f"{number} is an output, which the block writes")
-        if number in self._written:
+        if number in self._program_written:
             raise RegisterError(NO_REGISTER, f"{number} is written by the program")
         if name:
             row = self.find_parameter(self.plc.keys[owner], number, name)
         content = self.decode(number, register_content, row.type, raw)
         if loop == NO_LOOP or not name:
             signals[self.plc.inputs.get(number, self.plc.layout.numbers[number])] = number_of(row.type, content)
-            return Done.setting(number, content_text(row.type, content), None)
+            return WriteResult.setting(number, content_text(row.type, content), None)
         before = self.plc.intended_mode(loop, signals)
         late = self.plc.set(loop, (row.name,), content, signals)
         mode = self.plc.intended_mode(loop, signals)
-        return Done.setting(number, content_text(row.type, content), late, mode if mode != before else None)
+        return WriteResult.setting(number, content_text(row.type, content), late, mode if mode != before else None)
 
 
 def content_of_number(kind: IecType, value: float) -> Content:

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
 from pidcfg.schemas.nextopid import MAX_SAMPLE_TIME, MIN_INTEGRAL_TIME
-from pidcfg.sim.controllers.kernels import LoopConfig, RelayState, clamp, finite_or, nearest, single
+from pidcfg.sim.controllers.kernels import LoopConfig, RelayState, clamp, finite_or, round_half_even, single
 
 # --- Where a block's parameters stand among the signals, counted from the block's first: the order of its table -------
 #
 # Kernels read and write ``signals[config.base + SP]``; a BOOL is 0 or 1 there, AUTOTUNE_MODE the number of its word.
 
-PLACES = {name: {row.name: i for i, row in enumerate(kind.table.rows)} for name, kind in BLOCK_TYPES.items()}
+OFFSETS = {name: {row.name: i for i, row in enumerate(kind.table.rows)} for name, kind in BLOCK_TYPES.items()}
 """Offsets by block type and parameter."""
 
 KINDS = {name: i for i, name in enumerate(BLOCK_TYPES)}
@@ -35,7 +35,7 @@ KINDS = {name: i for i, name in enumerate(BLOCK_TYPES)}
     SPLIT_RANGE,
 ) = range(len(KINDS))
 
-_PIDA = PLACES["PIDA_TUNE_REAL"]
+_PIDA = OFFSETS["PIDA_TUNE_REAL"]
 """The other PIDA blocks have the same places, as far as they go."""
 SP, SP_CASC, PV = _PIDA["SP"], _PIDA["SP_CASC"], _PIDA["PV"]
 KP, TD_KD, TI_KI, TFD = _PIDA["Kp"], _PIDA["Td_Kd"], _PIDA["Ti_Ki"], _PIDA["Tfd"]
@@ -55,7 +55,7 @@ AUTO_TUNE, TUNE_PARAM = _PIDA["AutoTune"], _PIDA["AutoTuneParam.PercAmpMV"]
 """The second one is the first of five."""
 TUNE_DONE, TUNE_ERROR = _PIDA["AutoTuneDone"], _PIDA["AutoTuneError"]
 TUNE_RESULT, TUNE_FLAGS = _PIDA["AutoTuneResult.Kp"], _PIDA["AutoTuneResult.Bad_PercAmpMV"]
-FLAGS = len(_PIDA) - TUNE_FLAGS
+FLAG_COUNT = len(_PIDA) - TUNE_FLAGS
 """Three numbers, and so many flags, which are the last."""
 
 # --- What a block knows: `Config` (fixed during a run) and `State` (what it keeps from one call to the next) ----------
@@ -79,7 +79,7 @@ class Config(LoopConfig):
     """Number of its type: `KINDS`."""
     base: int = 0
     """Slot of its first parameter."""
-    error: int = -1
+    error_slot: int = -1
     """Slot of its output Error; −1: it has none."""
     call_order: int = 0
     """Of the record at this place of the list: which block is called at this place of a cycle."""
@@ -87,14 +87,14 @@ class Config(LoopConfig):
     """The period in s, single precision: what the block measures as SampleTime."""
     is_integer: int = 0
     """Parameters are INT: MV is rounded."""
-    wires: int = 0
+    wires_begin: int = 0
     """First of its wires in the wire table, and one behind the last."""
     wires_end: int = 0
     early_wires: int = 0
     """How many of its wires, the first ones, are renewed before the first block of a cycle is called."""
-    moves: int = 0
+    moves_begin: int = 0
     """Of the first record: the first row of the program's moves in the wire table, two rows a move."""
-    moves_first: int = 0
+    early_moves_end: int = 0
     """One behind those that are executed before the first call of a cycle, and one behind all."""
     moves_end: int = 0
     buffer: int = 0
@@ -107,7 +107,7 @@ class State(RelayState):
 
     command: int = 0
     """Commands of the operator, as bits, for the next call (`write_commands`)."""
-    tune_end: int = 0
+    tune_outcome: int = 0
     """State of the last auto-tuning, and its results (`keep_results`)."""
     result_kp: float = 0.0
     result_ti: float = 0.0
@@ -136,13 +136,13 @@ class State(RelayState):
     """Length of a delay line, or of a period of pulses."""
     position: int = 0
     """Next place of a delay line, or cycle of a period of pulses."""
-    delayed: float = 0.0
+    delayed_value: float = 0.0
     """Last output of a delay line."""
     on_cycles: int = 0
     """Cycles for which pulses are on."""
     tune_band: float = 0.0
     """Hysteresis of the auto-tuning's relay in PV units."""
-    tune_safe: float = 0.0
+    tune_max_deviation: float = 0.0
     """How far the PV may go from its rest before the auto-tuning is aborted."""
     tune_cycles: int = 0
     """Cycles to be measured."""
@@ -152,7 +152,7 @@ class State(RelayState):
     """The PV's extreme since the last switch, counted from RefPV."""
     tune_peak: int = 0
     """Sample of the PV's extreme since the last switch."""
-    tune_dead: int = 0
+    tune_dead_samples: int = 0
     """Sum of the samples from the switches to the extremes."""
 
 
@@ -186,19 +186,19 @@ def lag_share(ratio: float) -> float:
 
 # --- ErrBits and WarnBits of the PID blocks: what sets them, and how they are written ---------------------------------
 #
-# A NaN in a parameter is an error as well: every comparison asks for what is right. D numbers: see `nextopid.PID`.
+# A NaN in a parameter is an error as well: every comparison asks for what is right. D: see `nextopid.PID_DECISIONS`.
 
 # ErrBits, in the order of the table
 BAD_MV_LIMITS, BAD_PV_LIMITS, BAD_KP, BAD_TD_KD, BAD_TI_KI = 1, 2, 4, 8, 16
 BAD_TFD, BAD_MAX_VAR_MV, BAD_DEAD_BAND, BAD_SAMPLE_TIME = 32, 64, 128, 256
-ERRORS = 9
+ERROR_COUNT = 9
 
 # WarnBits, in the order of the table
 PV_HIGH, PV_LOW, SP_HIGH, SP_LOW, SP_CASC_HIGH, SP_CASC_LOW = 1, 2, 4, 8, 16, 32
 MV_HIGH, MV_LOW, RISE_LIMITED, FALL_LIMITED = 64, 128, 256, 512
-WARNINGS = 10
+WARNING_COUNT = 10
 
-LONGEST = float(MAX_SAMPLE_TIME)
+MAX_SAMPLE_SECONDS = float(MAX_SAMPLE_TIME)
 
 
 def bad_limits(config: Config, signals: Sequence[float]) -> int:
@@ -214,7 +214,7 @@ def bad_limits(config: Config, signals: Sequence[float]) -> int:
             errors |= BAD_KP
     elif not signals[base + KP] > 0.0:
         errors |= BAD_KP
-    if not config.sample_time <= LONGEST:
+    if not config.sample_time <= MAX_SAMPLE_SECONDS:
         errors |= BAD_SAMPLE_TIME
     return errors
 
@@ -240,7 +240,7 @@ def write_errors(config: Config, state: State, signals: MutableSequence[float], 
     """The error bits, where they have changed (kernel)."""
     if errors != state.status // ERROR_BASE:
         state.status = (state.status & MODES) | (errors * ERROR_BASE)
-        for i in range(ERRORS):
+        for i in range(ERROR_COUNT):
             signals[config.base + ERR_BITS + i] = float((errors >> i) & 1)
 
 
@@ -248,7 +248,7 @@ def write_warnings(config: Config, state: State, signals: MutableSequence[float]
     """The warning bits, where they have changed (kernel)."""
     if warnings != state.aux_status:
         state.aux_status = warnings
-        for i in range(WARNINGS):
+        for i in range(WARNING_COUNT):
             signals[config.base + WARN_BITS + i] = float((warnings >> i) & 1)
 
 
@@ -281,9 +281,9 @@ def limit_inputs_to_range(config: Config, signals: Sequence[float]) -> tuple[flo
 # --- Proportional, integral and derivative action of the PID blocks, every result in single precision (D220) ----------
 #
 # The manual (chapter 2, PIDA_REAL, a section a parameter) prints no equation (D220: MV = P + I + D + BIAS). Direct
-# control negates P, I and D, and not BIAS (section Direct). D numbers: see `nextopid.PID`.
+# control negates P, I and D, and not BIAS (section Direct). D numbers: see `nextopid.PID_DECISIONS`.
 
-LEAST_TI = single(float(MIN_INTEGRAL_TIME))
+MIN_TI = single(float(MIN_INTEGRAL_TIME))
 """An integral time below this switches the integral action off."""
 
 
@@ -293,7 +293,7 @@ def integral_gain(config: Config, signals: Sequence[float]) -> float:
     ti_ki = signals[config.base + TI_KI]
     if signals[config.base + INDEP] != 0.0:
         return ti_ki
-    if ti_ki < LEAST_TI:
+    if ti_ki < MIN_TI:
         return 0.0
     return single(signals[config.base + KP] / ti_ki)
 
@@ -350,10 +350,10 @@ def derivative_action(config: Config, state: State, signals: Sequence[float], pv
     return finite_or(derivative_term, state.previous_derivative)
 
 
-# --- MV within its limits, and the integral action that goes with it. D numbers: see `nextopid.PID` -------------------
+# --- MV within its limits, and the integral action that goes with it. D numbers: see `nextopid.PID_DECISIONS` ---------
 
-UPWARD = MV_HIGH | RISE_LIMITED
-DOWNWARD = MV_LOW | FALL_LIMITED
+UPWARD_BITS = MV_HIGH | RISE_LIMITED
+DOWNWARD_BITS = MV_LOW | FALL_LIMITED
 
 
 def sum_actions(proportional_term: float, integral_term: float, derivative_term: float, bias: float) -> float:
@@ -368,7 +368,7 @@ def integral_for_mv(output: float, proportional_term: float, derivative_term: fl
 
 def round_mv(config: Config, mv: float) -> float:
     """MV rounded where the block is an INT one (kernel, D228)."""
-    return nearest(mv) if config.is_integer else mv
+    return round_half_even(mv) if config.is_integer else mv
 
 
 def copy_mv(config: Config, state: State, signals: Sequence[float], mv: float) -> int:
@@ -411,8 +411,8 @@ def accepted_increment(state: State, bits: int, mv_before: float, change: float)
 
     ``mv_before`` is P + I + D + BIAS before the increment.
     """
-    if change > 0.0 and bits & UPWARD:
+    if change > 0.0 and bits & UPWARD_BITS:
         return clamp(single(state.out - mv_before), 0.0, change)
-    if change < 0.0 and bits & DOWNWARD:
+    if change < 0.0 and bits & DOWNWARD_BITS:
         return clamp(single(state.out - mv_before), change, 0.0)
     return change
