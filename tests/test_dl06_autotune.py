@@ -255,7 +255,7 @@ def test_a_result_half_way_between_two_digits_is_rounded_to_the_even_one(period,
 
 
 def test_the_sample_rate_stays_above_the_least_of_its_number_of_loops():
-    rig, s = open_loop(2.0, 60.0, 0.5, 0.05, least_period=100_000)
+    rig, s = open_loop(2.0, 60.0, 0.5, 0.05, min_period=100_000)
     until_tuned(rig, s)
 
     assert s.period == 100_000

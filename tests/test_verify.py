@@ -447,13 +447,16 @@ def lower_loop_once(changes):
     return loops_of(checked_text.config, checked_text.vendor)[1]
 
 
+ACT_WORDS = {"pv_offset": "moved", "sensor_lost": "lost", "master_output": "master"}
+
+
 def told(stage, bench):
     """A stage in words, without what goes before it."""
     bench = bench if stage.output is None else replace(bench, rest_out=stage.output)
     ahead = next((a for a in (go_to_auto(bench), begin_at_rest(bench)) if stage.acts[: len(a)] == a), ())
     parts = [f"{stage.begin:g} to {stage.end:g}; {'swept ' * stage.is_swept}at {stage.pv:g}, {stage.load:g}"]
     for act in stage.acts[len(ahead) :]:
-        done = {key: value for key, value in asdict(act).items() if key != "at" and value is not None}
+        done = {ACT_WORDS.get(key, key): v for key, v in asdict(act).items() if key != "at" and v is not None}
         parts += [f"{act.at:g} {key} {value if key == 'mode' else f'{value:g}'}" for key, value in done.items()]
     return "; ".join(parts)
 
@@ -507,7 +510,7 @@ def test_what_each_stage_does():
             },
         ),
         (
-            {"middle": 0.85},
+            {"rest_out": 0.85},
             (),
             {
                 "high limit": "11 to 151; swept at 100, 0; 11 moved -90; 31 moved 2.5; 91 moved 0",
@@ -537,13 +540,13 @@ def test_what_each_stage_does():
                 "sensor": "20 to 120; at 100, 50; 20 lost 1; 30 lost 0",
             },
         ),
-        ({"middle": 0.12}, (), {"answer": "11 to 51; swept at 100, 0; 11 moved -8; 31 moved 0"}),
+        ({"rest_out": 0.12}, (), {"answer": "11 to 51; swept at 100, 0; 11 moved -8; 31 moved 0"}),
         ({"gain": 600.0}, (), {"disturbance": "18 to 118; at 100, -200; 18 load -300"}),
-        ({"alarm_free": (85.0, 88.0)}, (), {"start": "0 to 100; at 85, 45"}),
-        ({"alarm_free": (30.0, 75.0)}, (), {"start": "0 to 100; at 75, 35"}),
+        ({"alarm_free_range": (85.0, 88.0)}, (), {"start": "0 to 100; at 85, 45"}),
+        ({"alarm_free_range": (30.0, 75.0)}, (), {"start": "0 to 100; at 75, 35"}),
         ({}, [("deadband: 4", "deadband: 0")], {"answer": "11 to 51; swept at 100, 0; 11 moved 4.03292; 31 moved 0"}),
         (
-            {"middle": 0.15},
+            {"rest_out": 0.15},
             [("deadband: 4", "deadband: 0")],
             {"answer": "11 to 51; swept at 100, 0; 11 moved -7.56173; 31 moved 0"},
         ),
@@ -570,14 +573,14 @@ def test_what_each_stage_does():
             {"hysteresis": "11 to 152; swept at 100, 0; 11 moved 14; 13 load 0.18; 80 load -0.18; 147 load 0"},
         ),
         (
-            {"start": 90.0},
+            {"rest_pv": 90.0},
             [("high: 20, high_high: 25", "high: 2, high_high: 3")],
             {"alarms": "11 to 2008; swept at 90, 0; 11 load 0.2; 559 load -0.2; 1555 load 0.2; 2003 load 0"},
         ),
         ({}, [("value: 90, ", "")], {"start": "0 to 100; at 90, 50"}),
         ({}, [("mode: cascade", "mode: auto")], {"start": "6 to 100; at 80, 40"}),
         ({}, [("mode: cascade", "mode: manual"), (", manual: 20", "")], {"start": "6 to 100; at 80, 70"}),
-        ({"slowest": 1.0}, [("mode: cascade", "mode: auto")], {"start": "3 to 100; at 80, 40"}),
+        ({"slowest_sample": 1.0}, [("mode: cascade", "mode: auto")], {"start": "3 to 100; at 80, 40"}),
         ({}, [(", manual: 20", ", manual: 48")], {"start": "0 to 100; at 80, -10"}),
         ({}, [("range: [0, 50], manual: 20", "range: [10, 60], manual: 35")], {"start": "0 to 100; at 80, 30"}),
         ({}, [("rate_of_change: 8", "rate_of_change: 2")], {
@@ -593,9 +596,9 @@ def test_what_a_stage_does_on_another_bench(bench, changes, differ):
 
 
 PLANT = {
-    "low": 0, "high": 200, "sample": 1, "gain": 400, "time_constant": 256, "dead_time": 1, "middle": 0.5, "start": 90,
-    "alarm_free": (30, 150), "sp_width": 160, "length": 160, "settling": 80, "manual_time": 24, "slowest": 1,
-    "limits": (0, 1), "band_crossing": 2.0, "least_move": 0.0,
+    "low": 0, "high": 200, "sample": 1, "gain": 400, "time_constant": 256, "dead_time": 1, "rest_out": 0.5,
+    "rest_pv": 90, "alarm_free_range": (30, 150), "sp_width": 160, "length": 160, "settling_time": 80, "manual_time": 24,
+    "slowest_sample": 1, "limits": (0, 1), "band_crossing": 2.0, "least_move": 0.0,
 }  # fmt: skip
 """The bench of the loop L: it crosses over at 1/16 rad/s, a quarter of 1 in 2 samples and the filter of 2 s."""
 
@@ -604,43 +607,45 @@ PLANT = {
     ("changes", "other", "slowest", "differ"),
     [
         ((), (), 0.0, {}),
-        ((), (), 5.0, {"manual_time": 40, "slowest": 5}),
+        ((), (), 5.0, {"manual_time": 40, "slowest_sample": 5}),
         ((), [("filter: 2", "filter: 6")], 0.0,
-         {"time_constant": 512, "length": 320, "settling": 160, "manual_time": 72}),
-        ([("e: 5, derivative_filter: 1", "e: 50")], (), 0.0, {"time_constant": 2000, "length": 800, "settling": 400}),
+         {"time_constant": 512, "length": 320, "settling_time": 160, "manual_time": 72}),
+        ([("e: 5, derivative_filter: 1", "e: 50")], (), 0.0,
+         {"time_constant": 2000, "length": 800, "settling_time": 400}),
         ((), [("derivative_filter: 1", "derivative_filter: 3")], 0.0, {"manual_time": 36}),
         (
             [("me: 1, mode", "me: 2, mode")], (), 0.0,
-            {"sample": 2, "dead_time": 2, "time_constant": 384, "length": 240, "settling": 120, "slowest": 2},
+            {"sample": 2, "dead_time": 2, "time_constant": 384, "length": 240, "settling_time": 120,
+             "slowest_sample": 2},
         ),
         (
             [("me: 1, mode", "me: 2, mode"), ("gain: 2, integral_time: 30, d", "gain: 0.01, integral_time: 0, d")],
             (),
             0.0,
-            {"sample": 2, "dead_time": 2, "slowest": 2, "gain": 600, "time_constant": 20, "middle": 0, "length": 1600,
-             "settling": 800},
+            {"sample": 2, "dead_time": 2, "slowest_sample": 2, "gain": 600, "time_constant": 20, "rest_out": 0,
+             "length": 1600, "settling_time": 800},
         ),
-        ([("l_time: 30, d", "l_time: 300, d")], (), 0.0, {"time_constant": 1200, "length": 750, "settling": 375}),
-        ([("l_time: 30, d", "l_time: 100, d")], (), 0.0, {"time_constant": 400, "length": 250, "settling": 125}),
+        ([("l_time: 30, d", "l_time: 300, d")], (), 0.0, {"time_constant": 1200, "length": 750, "settling_time": 375}),
+        ([("l_time: 30, d", "l_time: 100, d")], (), 0.0, {"time_constant": 400, "length": 250, "settling_time": 125}),
         ([("l_time: 30, d", "l_time: 30, proportional: false, d")], (), 0.0,
-         {"gain": 25, "time_constant": 1, "length": 300, "settling": 150}),
+         {"gain": 25, "time_constant": 1, "length": 300, "settling_time": 150}),
         ([("gain: 2, integral_time: 30, d", "gain: 0.01, integral_time: 30, d")], (), 0.0,
-         {"gain": 600, "time_constant": 30, "length": 800, "settling": 400}),
-        ([("limits: [20, 180]", "limits: [60, 120]")], (), 0.0, {"alarm_free": (60, 120), "sp_width": 60}),
+         {"gain": 600, "time_constant": 30, "length": 800, "settling_time": 400}),
+        ([("limits: [20, 180]", "limits: [60, 120]")], (), 0.0, {"alarm_free_range": (60, 120), "sp_width": 60}),
         ([(", limits: [20, 180]", "")], (), 0.0, {"sp_width": 200}),
         ([("low: 30, high: 150", "low_low: 10, low: 44, high: 160, high_high: 190")], (), 0.0,
-         {"alarm_free": (44, 160), "start": 102}),
+         {"alarm_free_range": (44, 160), "rest_pv": 102}),
         ([("pv: {low: 30, high: 150}, ", ""), (", limits: [20, 180]", "")], (), 0.0,
-         {"alarm_free": (4, 196), "start": 100, "sp_width": 200}),
-        ([("low: 30, high: 150", "high: 15")], (), 0.0, {"alarm_free": (20, 180), "start": 100}),
-        ([("manual: 20", "manual: 20, limits: [5, 40]")], (), 0.0, {"middle": 0.45, "limits": (0.1, 0.8)}),
-        ([("l_time: 30, d", "l_time: 0, d"), ("manual: 20", "bias: 20")], (), 0.0, {"middle": 0.4}),
+         {"alarm_free_range": (4, 196), "rest_pv": 100, "sp_width": 200}),
+        ([("low: 30, high: 150", "high: 15")], (), 0.0, {"alarm_free_range": (20, 180), "rest_pv": 100}),
+        ([("manual: 20", "manual: 20, limits: [5, 40]")], (), 0.0, {"rest_out": 0.45, "limits": (0.1, 0.8)}),
+        ([("l_time: 30, d", "l_time: 0, d"), ("manual: 20", "bias: 20")], (), 0.0, {"rest_out": 0.4}),
         ([("output_raises_pv: true, sample_time: 1, mode", "output_raises_pv: false, sample_time: 1, mode")], (), 0.0,
          {"gain": -400}),
         ([("filter: 2}", "filter: 0}")], (), 0.0,
-         {"time_constant": 200, "length": 125, "settling": 63, "manual_time": 12}),
+         {"time_constant": 200, "length": 125, "settling_time": 63, "manual_time": 12}),
         ([("filter: 2}", "filter: 0}"), ("derivative_filter: 1", "derivative_filter: 0")], (), 0.0,
-         {"time_constant": 200, "length": 125, "settling": 63, "manual_time": 6}),
+         {"time_constant": 200, "length": 125, "settling_time": 63, "manual_time": 6}),
     ],
 )  # fmt: skip
 def test_the_bench_fits_the_loop(changes, other, slowest, differ):
@@ -827,12 +832,12 @@ def test_a_derivative_may_kick_at_the_edge_of_a_dead_band(pv, output, found):
 def test_means_of_outputs_tell_what_a_kick_hides():
     """0.2 more in one of two samples: within what one sample may differ by, but 0.1 in the mean."""
     kicked = {"output": [(k, 0.5 + 0.1 * (k % 2)) for k in range(30)]}
-    wide = {"alone": CountSizes(1.0, 0.2)}
+    wide = {"open_loop": CountSizes(1.0, 0.2)}
     assert apart_at(SWEPT, {}, kicked, mean=0.04, **wide) == {"output": (10, 29)}
     assert apart_at(SWEPT, {}, kicked, mean=0.06, **wide) == {}
     assert apart_at(SWEPT, {}, kicked, **wide) == {}
     assert apart_at(SWEPT, {}, kicked, mean=0.04, band=1.0, **wide) == {}
-    assert apart_at(PLAIN, {}, kicked, mean=0.04, closed=CountSizes(2.0, 0.2)) == {}
+    assert apart_at(PLAIN, {}, kicked, mean=0.04, closed_loop=CountSizes(2.0, 0.2)) == {}
 
 
 AUTO_AT_15 = replace(PLAIN, acts=(Act(5.0, mode="auto"), Act(15.0, mode="auto")))
