@@ -597,8 +597,8 @@ def test_what_a_stage_does_on_another_bench(bench, changes, differ):
 
 PLANT = {
     "low": 0, "high": 200, "sample": 1, "gain": 400, "time_constant": 256, "dead_time": 1, "rest_out": 0.5,
-    "rest_pv": 90, "alarm_free_range": (30, 150), "sp_width": 160, "length": 160, "settling_time": 80, "manual_time": 24,
-    "slowest_sample": 1, "limits": (0, 1), "band_crossing": 2.0, "least_move": 0.0,
+    "rest_pv": 90, "alarm_free_range": (30, 150), "sp_width": 160, "length": 160, "settling_time": 80,
+    "manual_time": 24, "slowest_sample": 1, "limits": (0, 1), "band_crossing": 2.0, "least_move": 0.0,
 }  # fmt: skip
 """The bench of the loop L: it crosses over at 1/16 rad/s, a quarter of 1 in 2 samples and the filter of 2 s."""
 
