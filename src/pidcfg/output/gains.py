@@ -76,7 +76,7 @@ class TuneResult:
     """What holds on which plants, of gains by the method robust."""
     written: RetunedFile | None = None
     """The configuration with the gains in one of its loops, where one was given."""
-    conditions: LoopConditions | None = None
+    around: LoopConditions | None = None
     """What of that loop the gains are made for."""
     forecast: Forecast | None = None
     """What its words do on the process."""
@@ -123,8 +123,8 @@ class TuneResult:
             data["for"] = self.vendor.to_json()
         if self.written is not None:
             data["written"] = self.written.to_json()
-        if self.forecast is not None and self.conditions is not None:
-            data["loop"] = asdict(self.conditions)
+        if self.forecast is not None and self.around is not None:
+            data["loop"] = asdict(self.around)
             data["forecast"] = self.forecast.to_json()
         return data
 
@@ -272,7 +272,7 @@ def _put_into_loop(
         result,
         written=written,
         vendor=gains_as_held(written.vendor, values, heating=result.heating),
-        conditions=conditions,
+        around=conditions,
         forecast=forecast,
         judgement=judgement,
         warnings=(*result.warnings, *forecast.warnings()),

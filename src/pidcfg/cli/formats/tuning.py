@@ -175,8 +175,8 @@ def tuning_text(tuning: TuneResult) -> str:
         f"  independent  Kp {independent['kp']:.6g}  Ki {independent['ki']:.6g} /s  Kd {independent['kd']:.6g} s",
     ]
     robustness = _robustness_lines(tuning.judgement)
-    if tuning.forecast is not None and tuning.conditions is not None:
-        robustness[-1:] = [robustness[-1], *_forecast_lines(tuning.conditions, tuning.forecast)]
+    if tuning.forecast is not None and tuning.around is not None:
+        robustness[-1:] = [robustness[-1], *_forecast_lines(tuning.around, tuning.forecast)]
     if tuning.robust is not None:  # the margins are those of the sampled loop, on the worst plant
         robustness[:2] = robust_lines(tuning.robust, tuning.judgement.reason)
     lines += ["", *robustness]
