@@ -259,7 +259,7 @@ def _missing_space(line: str, number: int, offset: int) -> Fault:
         return Fault("two colons stand behind the key", _sign_span(number, offset + 1), cure)
     if key.isdecimal() and value:
         cure = f'a duration carries a unit, as in 90 min; a text with a colon stands in quotes: "{key}:{value}"'
-        return Fault(f"'{key}:{value}' is no number", _sign_span(number, offset), cure)
+        return Fault(f"a colon stands inside the value '{key}:{value}'", _sign_span(number, offset), cure)
     if key and not value:
         cure = f"write '{key}: …' with its value, or leave the key out"
         return Fault(f"no value stands behind '{key}:'", _sign_span(number, offset), cure)

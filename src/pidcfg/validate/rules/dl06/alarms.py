@@ -248,7 +248,6 @@ class Dl06Context(Context[Dl06File, Encoding]):
 # --- Alarm points: their order in counts, what is missing, and set points and rates that do not fit them --------------
 
 ERROR = DL06.cite("Alarm Programming Error")
-ABSOLUTE = DL06.cite("PV Absolute Value Alarms")
 RATE = DL06.cite("PV Rate-of-Change Alarm")
 HYSTERESIS = DL06.cite("PV Alarm Hysteresis")
 RESOLUTION = DL06.cite("Determining a suitable sample rate (Addr+07), NOTE")
