@@ -6,6 +6,7 @@ import copy
 import json
 import re
 import xml.etree.ElementTree as ET
+from decimal import Decimal
 from pathlib import Path
 
 import pytest
@@ -23,7 +24,8 @@ from pidcfg.encoders.nextopid.files import FORMATS, checklist, parse_xml, read_p
 from pidcfg.encoders.nextopid.image import decode, encode
 from pidcfg.encoders.nextopid.st_read import add_zeros, read_st
 from pidcfg.encoders.nextopid.st_write import write_plcopen, write_st
-from pidcfg.schemas.iec import Wire
+from pidcfg.encoders.parameters import Parameter, store_value
+from pidcfg.schemas.iec import INT, REAL, TIME, Wire
 from pidcfg.schemas.nextopid import NextopidFile
 from pidcfg.vendors import VENDORS
 
@@ -427,6 +429,34 @@ def test_every_parameter_of_the_library_has_a_field_or_is_an_output():
 
 TIMES = ("Tfd", "Tc", "Tlag", "Tlead", "DelayTime", "SampleTime")
 """Of the manual's parameters those whose unit is seconds, whatever else is set."""
+
+
+def test_only_controllers_have_parameters_in_the_units_of_pv_and_output():
+    for name, kind in BLOCK_TYPES.items():
+        units = {row.name: row.unit for row in kind.table.rows if "pv" in row.unit or "output" in row.unit}
+        if name.startswith("PIDA_"):
+            wanted = ("pv", "output", "output/pv", "output/cycle")
+            assert tuple(units[key] for key in ("SP", "ManualMV", "Kp", "MaxVarMV")) == wanted
+        else:
+            wanted = ("SP", "PV", "DeadBand", "MaxPV", "MinPV") if name == "ControlON_OFF" else ()
+            assert units == dict.fromkeys(wanted, "pv")
+
+
+@pytest.mark.parametrize(
+    ("kind", "value", "stored", "fault"),
+    [
+        (REAL, "1.5", 1.5, None),
+        (REAL, "1e39", 0.0, "range"),
+        (INT, "32768", 0, "range"),
+        (TIME, "0.0005", "T#0ms", "form"),
+    ],
+)
+def test_a_value_that_its_type_does_not_hold_leaves_the_default_and_says_why(kind, value, stored, fault):
+    content, misfit = store_value(Parameter("P", kind), Decimal(value))
+    assert (content, misfit and (misfit.path, misfit.value, misfit.error.fault)) == (
+        stored,
+        fault and ("P", Decimal(value), fault),
+    )
 
 
 def test_every_time_of_the_library_is_in_seconds():

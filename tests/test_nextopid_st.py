@@ -247,7 +247,7 @@ def body(statements: str, variables: str = "") -> str:
     )
 
 
-OTHER_VARIABLES = "S : STRING; T : TIME; V : REAL := X; N__1 : REAL;"
+OTHER_VARIABLES = "S : STRING; T : TIME; V : REAL := X; N__1 : REAL; L : PIDA_TUNE_REAL;"
 
 
 def test_only_what_is_wired_is_a_signal_where_no_comment_says_more():
@@ -387,6 +387,7 @@ def test_names_that_read_like_truths_stay_names():
         ("A(QV := X);", (4, 3), "PIDA_REAL has no input parameter QV; did you mean"),
         ("A(PV := FT_101);", (4, 9), "FT_101 is no variable that the program declares"),
         ("A(PV := B.XV);", (4, 11), "PIDA_REAL has no parameter XV"),
+        ("A(PV := L.AutoTuneParam.Mode);", (4, 9), "L.AutoTuneParam.Mode is AUTOTUNE_MODE; numbers and BOOLs can"),
         ("A(PV := N__1);", (2, 38), "'N__1' is not usable as the name of an instance"),
         ("A(PV := V);", (2, 23), "V is read by a block, and begins with something that is no literal"),
         ("A(PV := X.Y);", (4, 9), "X.Y is no variable that the program declares, and no parameter"),
