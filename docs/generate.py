@@ -21,7 +21,7 @@ from pidcfg.cli.commands.schema import SETTINGS_NAME, document_schema
 from pidcfg.cli.formats import FORMATS, load_format
 from pidcfg.cli.main import COMMANDS, cli, load_command
 from pidcfg.cli.plots import picture_heading
-from pidcfg.encoders.maps.dl06 import READ_LATE
+from pidcfg.encoders.maps.dl06 import READ_DELAYS
 from pidcfg.encoders.parameters import ParameterTable
 from pidcfg.output.explanation.page import key_text
 from pidcfg.output.json_schemas import OUTPUTS, plain_schema
@@ -181,7 +181,7 @@ def registers(vendor: Vendor) -> str:
         return NOTE + head + "".join(parameters(table, vendor.model) for table in tables)
     about = REGISTERS.format(keys=f"[the list of keys]({vendor.key}-keys.md)")
     marks = {word.read_when for table in tables for word in table.words}
-    about += "".join(f"\n`{mark}`: what is written {when}.\n" for mark, when in READ_LATE.items() if mark in marks)
+    about += "".join(f"\n`{mark}`: what is written {when}.\n" for mark, when in READ_DELAYS.items() if mark in marks)
     return NOTE + f"# Registers of the {vendor.title}\n\n{about}" + "".join(block(table) for table in tables)
 
 

@@ -126,9 +126,9 @@ def measured(config, one, two):
     neutral = {i: Loop.model_validate(loop.data) for i, loop in enumerate(loops) if not loop.missing}
     result = convert(config, source, target, {})
     back = held(result.data, two)
-    originals = {loop.name: neutral[i].name for i, loop in zip(result.source_places, back, strict=True)}
+    originals = {loop.name: neutral[i].name for i, loop in zip(result.source_loops, back, strict=True)}
     count["conversions"] += 1
-    for j, i in enumerate(result.source_places):
+    for j, i in enumerate(result.source_loops):
         rows = result.loops[i].changes
         before, after = make_comparable(neutral[i], back[j])
         if not has_alarms(neutral[i]):
@@ -194,7 +194,7 @@ def spoils(config, one, two):
     source, target = VENDORS[one], VENDORS[two]
     loops = source.load("to_neutral")(config)
     result = convert(config, source, target, {})
-    for j, i in enumerate(result.source_places):
+    for j, i in enumerate(result.source_loops):
         before = Loop.model_validate(loops[i].data)
         rows = [row for row in result.loops[i].changes if row.kind == "exact"]
         plain = target.load("to_neutral")(target.model.model_validate(result.data))[j].data

@@ -24,7 +24,7 @@ from pidcfg.api import encode
 from pidcfg.encoders.dpide.files import make_instructions
 from pidcfg.encoders.dpide.image import encode as encode_dpide
 from pidcfg.encoders.maps.dpide import ROWS
-from pidcfg.encoders.maps.nextopid import BLOCK_TYPES, MOST_SAMPLES
+from pidcfg.encoders.maps.nextopid import BLOCK_TYPES, MAX_DELAY_SAMPLES
 from pidcfg.encoders.nextopid.image import encode as encode_nextopid
 from pidcfg.encoders.nextopid.st_write import Unit
 from pidcfg.schemas.dpide import DpideFile
@@ -200,7 +200,7 @@ def _new_block(kind, period):
     config, state = terms.Config(), terms.State()
     config.kind, config.sample_time = terms.KINDS[kind.name], single(period / TICKS)
     config.is_integer, config.sp_slot = int(kind.name.endswith("INT")), len(kind.table.rows)
-    return config, state, [0.0] * MOST_SAMPLES
+    return config, state, [0.0] * MAX_DELAY_SAMPLES
 
 
 # --- DPIDE ------------------------------------------------------------------------------------------------------------

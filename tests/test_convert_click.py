@@ -15,8 +15,8 @@ from click_strategies import configurations
 from nested import merged
 from neutral_strategies import leaves, neutral_files, unheard
 from pidcfg.conversion import ConvertError
-from pidcfg.conversion.click import NOTHING_LOST, from_neutral, to_neutral
-from pidcfg.conversion.pipeline import convert, settle_values
+from pidcfg.conversion.click import HARMLESS_FIELDS, from_neutral, to_neutral
+from pidcfg.conversion.pipeline import convert, fit_to_registers
 from pidcfg.encoders.click.image import encode
 from pidcfg.encoders.maps.click import TABLES
 from pidcfg.schemas.click import ClickFile, Loop
@@ -129,7 +129,7 @@ def test_only_the_longest_reset_time_is_no_integral(reset, integral):
 
 def stored(loop: dict) -> dict:
     """What the registers hold of each field of a converted loop."""
-    return settle_values(from_neutral(generic(loop), {}), CLICK)[0]
+    return fit_to_registers(from_neutral(generic(loop), {}), CLICK)[0]
 
 
 def test_values_beyond_what_the_registers_take_are_clamped():
@@ -601,7 +601,7 @@ def test_pulse_outputs_do_not_meet():
 def test_every_field_is_said_or_known_to_be_none_of_anybodys_business():
     loop = click(EVERYTHING).loops[0]
     spoken = {field.path for field in to_neutral(click(EVERYTHING))[0].fields}
-    assert leaves(loop) - spoken <= set(NOTHING_LOST)
+    assert leaves(loop) - spoken <= set(HARMLESS_FIELDS)
 
 
 def test_the_report_says_what_became_of_every_field():
@@ -695,7 +695,7 @@ def test_a_whole_loop_comes_back_but_for_what_the_report_calls_lost():
 @given(neutral_files())
 def test_what_is_made_has_no_errors_of_its_own(file):
     made = from_neutral(file, {})
-    settle_values(made, CLICK)
+    fit_to_registers(made, CLICK)
     text = yaml_text(made.data)
     found = check_document(read_document(text.encode(), "made.yaml")).findings
     errors = [f for f in found if f.severity is Severity.ERROR]

@@ -16,8 +16,8 @@ from dl06_strategies import EVERYTHING, FORMAT_NAMES, configurations
 from neutral_strategies import neutral_files, unheard
 from pidcfg.conversion import ConvertError
 from pidcfg.conversion.dl06 import UNWANTED_INNER_POINT, UNWANTED_POINT, from_neutral
-from pidcfg.conversion.from_dl06 import NOTHING_LOST, round_to_ten_digits, to_neutral
-from pidcfg.conversion.pipeline import convert, settle_values
+from pidcfg.conversion.from_dl06 import HARMLESS_FIELDS, round_to_ten_digits, to_neutral
+from pidcfg.conversion.pipeline import convert, fit_to_registers
 from pidcfg.encoders.dl06 import CONVERT_OPTIONS
 from pidcfg.encoders.dl06.image import encode, reset_value, scales_of
 from pidcfg.encoders.maps.dl06 import LOOP_TABLE
@@ -99,7 +99,7 @@ def clamped(loop: dict, **options) -> set[str]:
 def convert_neutral(loop: dict) -> dict:
     """The alarms of the file, with what the DL06 can hold."""
     made = from_neutral(generic(loop), {})
-    settle_values(made, DL06)
+    fit_to_registers(made, DL06)
     return made.data["loops"][0]["alarms"]
 
 
@@ -758,7 +758,7 @@ def test_any_neutral_loop_makes_a_valid_file(file):
     data = file.model_dump()
     try:
         made = from_neutral(file, {})
-        stored = settle_values(made, DL06)
+        stored = fit_to_registers(made, DL06)
     except ConvertError as error:
         assume("at least one count" not in str(error) and "switches it off" not in str(error))
         raise
@@ -803,9 +803,9 @@ def test_nothing_is_forgotten():
     known = set(leaves(config.loops[0]))
     assert len(known) > 50
     spoken = {path for path in known for field in said if path == field or path.startswith(f"{field}.")}
-    assert sorted(known - spoken - set(NOTHING_LOST)) == []
-    assert {path for path in NOTHING_LOST if not path.startswith("plc.")} <= known
-    assert {path for path in known if path.startswith(("tuning", "error.d", "alarms"))} - spoken <= set(NOTHING_LOST)
+    assert sorted(known - spoken - set(HARMLESS_FIELDS)) == []
+    assert {path for path in HARMLESS_FIELDS if not path.startswith("plc.")} <= known
+    assert {path for path in known if path.startswith(("tuning", "error.d", "alarms"))} - spoken <= set(HARMLESS_FIELDS)
 
 
 def test_every_field_of_the_schema_is_in_that_test():
@@ -860,7 +860,7 @@ def test_what_is_not_reported_comes_back_the_same(data):
     except ConvertError as error:
         assume("correct" not in str(error) and "least one count" not in str(error))
         raise
-    assume(len(made.source_places) == len(config.loops))
+    assume(len(made.source_loops) == len(config.loops))
     second = held(Dl06File.model_validate(made.data))
     for i, first in enumerate(held(config)):
         reported = {c.field for c in made.loops[i][1] if c.kind != "exact"}

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from dpide_strategies import configurations
 from pidcfg.conversion import ConvertError, json_value
 from pidcfg.conversion.builder import to_dependent, to_independent
-from pidcfg.conversion.dpide import CALL_KEYS, DEAD_BAND, NOTHING_LOST, from_neutral, operations, to_neutral
+from pidcfg.conversion.dpide import CALL_KEYS, DEAD_BAND_NOTE, HARMLESS_FIELDS, from_neutral, operations, to_neutral
 from pidcfg.conversion.operation import Manual
 from pidcfg.conversion.pipeline import convert, neutral_loops
 from pidcfg.encoders.dpide import CONVERT_OPTIONS
@@ -295,7 +295,7 @@ def test_a_set_point_that_loops_share_is_lost_by_all_but_the_first():
 
 def test_every_operand_is_spoken_of():
     config = dpide(FULL)
-    unneeded = {key for key, why in NOTHING_LOST.items() if not why.startswith(("0: ", "of no effect "))}
+    unneeded = {key for key, why in HARMLESS_FIELDS.items() if not why.startswith(("0: ", "of no effect "))}
     spoken = {field.path for field in to_neutral(config)[0].fields} | unneeded
     leaves = {name for name in Loop.model_fields if name not in {"pv", "output", "call"}} | set(CALL_KEYS)
     assert leaves | {"pv.range", "pv.unit", "output.range", "output.unit"} <= spoken
@@ -560,5 +560,5 @@ def test_what_stands_around_the_instruction_is_named_elsewhere(field):
 
 
 def test_what_a_dead_band_does_is_told_of_a_loop_that_has_one():
-    assert changes(dpide({"ERR_DBW": 0.5}))["ERR_DBW"].note == DEAD_BAND
-    assert DEAD_BAND not in [line.note for line in changes(dpide({"ERR_DBW": 0})).values()]
+    assert changes(dpide({"ERR_DBW": 0.5}))["ERR_DBW"].note == DEAD_BAND_NOTE
+    assert DEAD_BAND_NOTE not in [line.note for line in changes(dpide({"ERR_DBW": 0})).values()]

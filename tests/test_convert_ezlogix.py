@@ -18,9 +18,9 @@ from nested import merged
 from neutral_strategies import leaves, neutral_files, unheard
 from pidcfg import api
 from pidcfg.conversion import ConvertError
-from pidcfg.conversion.ezlogix import NOTHING_LOST, from_neutral, stopped_section, to_neutral
+from pidcfg.conversion.ezlogix import HARMLESS_FIELDS, from_neutral, stopped_section, to_neutral
 from pidcfg.conversion.operation import Stopped
-from pidcfg.conversion.pipeline import convert, settle_values
+from pidcfg.conversion.pipeline import convert, fit_to_registers
 from pidcfg.encoders.ezlogix import CONVERT_OPTIONS
 from pidcfg.encoders.ezlogix.image import encode
 from pidcfg.schemas.ezlogix import EzlogixFile, Loop
@@ -98,7 +98,7 @@ def dropped(loop: dict, **options) -> dict[str, str]:
 
 def stored(loop: dict) -> dict:
     """What the registers hold of each field of a converted loop."""
-    return settle_values(from_neutral(generic(loop), {}), EZLOGIX)[0]
+    return fit_to_registers(from_neutral(generic(loop), {}), EZLOGIX)[0]
 
 
 # --- action and gains ------------------------------------------------------------------------------------------------
@@ -509,7 +509,7 @@ def test_options_that_do_not_fit_the_loops_are_refused():
 
 def test_every_field_is_said_or_known_to_be_none_of_anybodys_business():
     spoken = {field.path for field in to_neutral(ezlogix(EVERYTHING))[0].fields}
-    assert leaves(ezlogix(EVERYTHING).loops[0]) - spoken <= set(NOTHING_LOST)
+    assert leaves(ezlogix(EVERYTHING).loops[0]) - spoken <= set(HARMLESS_FIELDS)
 
 
 def test_every_neutral_field_is_put_somewhere_or_dropped_by_name():
@@ -578,7 +578,7 @@ def test_a_loop_with_everything_comes_back_whole():
 def test_what_is_made_has_no_errors_of_its_own(file):
     made = from_neutral(file, {})
     try:
-        settle_values(made, EZLOGIX)
+        fit_to_registers(made, EZLOGIX)
     except ConvertError as error:
         assert "switches it off" in str(error)  # noqa: PT017 - only that may be refused
         return

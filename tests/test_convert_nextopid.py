@@ -14,7 +14,7 @@ from nextopid_networks import network
 from nextopid_strategies import configurations
 from pidcfg.conversion.builder import TargetBuilder
 from pidcfg.conversion.nextopid import (
-    NOTHING_LOST,
+    HARMLESS_FIELDS,
     Names,
     bumpless_moves_of,
     common_step,
@@ -22,7 +22,7 @@ from pidcfg.conversion.nextopid import (
     task_of,
     to_neutral,
 )
-from pidcfg.conversion.pipeline import Converted, convert, neutral_loops
+from pidcfg.conversion.pipeline import ConvertedFile, convert, neutral_loops
 from pidcfg.encoders.nextopid import CONVERT_OPTIONS
 from pidcfg.schemas.generic import GenericFile
 from pidcfg.schemas.generic import Loop as NeutralLoop
@@ -92,7 +92,7 @@ def lost(*loops: dict[str, Any], **file: Any) -> dict[str, str]:
     return {field: entry.note for field, entry in said(*loops, **file).items() if not entry.neutral}
 
 
-def made(*loops: dict[str, Any], **options: Any) -> Converted:
+def made(*loops: dict[str, Any], **options: Any) -> ConvertedFile:
     """The NextoPID file of neutral loops."""
     return convert(generic(*loops), GENERIC, NEXTOPID, options)
 
@@ -104,12 +104,12 @@ def one(loop: dict[str, Any]) -> PidaReal:
     return found
 
 
-def lost_of(converted: Converted) -> set[str]:
+def lost_of(converted: ConvertedFile) -> set[str]:
     """The fields that are lost in any loop."""
     return {change.field for loop in converted.loops for change in loop.changes if change.loss}
 
 
-def report(converted: Converted, loop: int = 0) -> dict[str, Any]:
+def report(converted: ConvertedFile, loop: int = 0) -> dict[str, Any]:
     """The changes of one loop, by field."""
     return {change.field: change for change in converted.loops[loop][1]}
 
@@ -598,11 +598,11 @@ def test_every_parameter_is_spoken_of():
         "AutoTuneParam": {"PercAmpMV": 1},
     }
     assert set(loop) == set(PidaTuneReal.model_fields)
-    spoken = set(said(loop)) | set(NOTHING_LOST)
+    spoken = set(said(loop)) | set(HARMLESS_FIELDS)
     sections = {"pv.unit", "output.range", "output.unit", *(f"AutoTuneParam.{key}" for key in TuneParam.model_fields)}
     assert set(PidaTuneReal.model_fields) - {"pv", "output", "AutoTuneParam"} | sections <= spoken
-    silent = set(NOTHING_LOST) & set(said(loop))
-    assert {path for path in NOTHING_LOST if not path.startswith("plc.")} - silent == {"type", "PV"}
+    silent = set(HARMLESS_FIELDS) & set(said(loop))
+    assert {path for path in HARMLESS_FIELDS if not path.startswith("plc.")} - silent == {"type", "PV"}
 
 
 # --- names and times -------------------------------------------------------------------------------------------------

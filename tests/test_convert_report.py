@@ -29,8 +29,8 @@ from pidcfg.cli.main import main
 from pidcfg.conversion import Change, MaxLoss, MaxLossError, judge_change, parse_max_loss, text_of
 from pidcfg.conversion.builder import correct_lines
 from pidcfg.conversion.operation import (
-    KICK,
-    OVERSHOOT,
+    KICK_NOTE,
+    OVERSHOOT_ADVICE,
     Deadband,
     Filter,
     Hand,
@@ -48,7 +48,13 @@ from pidcfg.conversion.operation import (
     Zero,
     differing_rules,
 )
-from pidcfg.conversion.pipeline import FIRST_OUTPUT, UNKNOWN, convert, items_beside_loops, unreported_fields
+from pidcfg.conversion.pipeline import (
+    FIRST_OUTPUT_NOTE,
+    UNKNOWN_FIELD_NOTE,
+    convert,
+    unreported_fields,
+    unreported_items,
+)
 from pidcfg.schemas.generic import GenericFile
 from pidcfg.text.paths import leaves, parse_path, set_value, value_at
 from pidcfg.text.writer import yaml_text
@@ -151,11 +157,11 @@ def test_every_field_of_each_source_has_a_line_in_all_targets(source):
                 result = converted(config, source, target)
                 silent = {
                     some[i][0]: paths
-                    for i in result.source_places
+                    for i in result.source_loops
                     if (paths := unspoken(config, i, result.loops[i].changes))
                 }
                 assert silent == {}, target
-                unknown = [row.field for loop in result.loops for row in loop.changes if row.note == UNKNOWN]
+                unknown = [row.field for loop in result.loops for row in loop.changes if row.note == UNKNOWN_FIELD_NOTE]
                 assert unknown == [], target
 
 
@@ -208,7 +214,7 @@ def test_a_field_that_no_conversion_knows_is_a_loss():
     given = [(("new_field",), 3), (("pv", "tag"), "IR1"), (("name",), "L1")]
     rows = list(unreported_fields(given, [], {"pv.tag": "a place"}, {"name": "L1"}))
     assert rows == [
-        Change("new_field", "dropped", 3, None, note=UNKNOWN, loss=True),
+        Change("new_field", "dropped", 3, None, note=UNKNOWN_FIELD_NOTE, loss=True),
         Change("pv.tag", "dropped", "IR1", None, note="a place"),
         Change("name", "exact", "L1", "L1", neutral=("name",), target_field="name"),
     ]
@@ -397,7 +403,7 @@ def test_a_loop_begins_in_manual_within_the_limits_that_hold_there_in_its_source
         result = api.convert(text, target)
         assert result.data["loops"][0].get("state", {}).get("output") == output
         lines = [line for line in result.loops[0].changes if line.target_field == "state.output"]
-        told = [("assumed", FIRST_OUTPUT) if is_assumed else ("exact", "")]
+        told = [("assumed", FIRST_OUTPUT_NOTE) if is_assumed else ("exact", "")]
         assert [(line.kind, line.note) for line in lines] == told * (output is not None)
     line = lines_of(api.convert(text, "ezlogix")).get("ManualMV")
     counts = None if output is None else f"write {round(output * 40.95)} counts "
@@ -616,7 +622,7 @@ def test_what_is_lost_by_a_rule_follows_from_its_answers(rule):
         line = replace(line, neutral=("output.bias",) if rule == "without_integral" else ())
         if rule == "smoothing":
             rows = [replace(row, note="") for row in rows]
-        assert rows == [replace(line, note=after.cure)] * is_told
+        assert rows == [replace(line, note=after.advice)] * is_told
 
 
 def test_a_derivative_filter_that_is_worked_out_otherwise_has_another_time_for_the_same():
@@ -650,7 +656,7 @@ def test_an_integral_that_runs_further_is_a_loss_and_another_way_to_stop_it_is_n
         sides = (Operation(windup=answer) for answer in (before, after))
         found = [(row.loss, row.note) for row in differing_rules(*sides, loop, is_master=False)]
         is_lost = ranks[after] > ranks[before]
-        assert found == [(is_lost, OVERSHOOT if is_lost else "")] * (before is not after), (before, after)
+        assert found == [(is_lost, OVERSHOOT_ADVICE if is_lost else "")] * (before is not after), (before, after)
 
 
 @pytest.mark.parametrize(
@@ -667,8 +673,8 @@ def test_a_kick_of_the_derivative_goes_into_an_integral_that_is_worked_out_of_th
         sides = (Operation(windup=answer) for answer in (before, after))
         (line,) = differing_rules(*sides, loop, is_master=False)
         side = {before: "source's", after: "target's"}.get(Windup.WORKED_OUT)
-        told = [KICK.format(side=side)] if kicks and side else []
-        assert line.note == "; ".join([OVERSHOOT] * (after is Windup.ENDLESS) + told)
+        told = [KICK_NOTE.format(side=side)] if kicks and side else []
+        assert line.note == "; ".join([OVERSHOOT_ADVICE] * (after is Windup.ENDLESS) + told)
         assert line.neutral == ("anti_windup",)
 
 
@@ -1067,9 +1073,9 @@ def test_the_parameters_of_a_block_that_no_line_is_about_are_lost():
     block = {"name": "D", "type": "ControlDelay", "InVar": 3, "DelayTime": 1}
     file = {"plc": {"sample_time": 0.1}, "blocks": [block], "loops": [{**PIDA, "name": "A"}]}
     config = VENDORS["nextopid"].model.model_validate({"pidcfg": 1, "vendor": "nextopid", **file})
-    lost = {row.field: row.loss for row in items_beside_loops(config, [], {})}
+    lost = {row.field: row.loss for row in unreported_items(config, [], {})}
     assert lost == dict.fromkeys((f"blocks.D.{key}" for key in block), True)
-    assert list(items_beside_loops(config, [Change("blocks.D", "dropped", None, None)], {})) == []
+    assert list(unreported_items(config, [Change("blocks.D", "dropped", None, None)], {})) == []
 
 
 @pytest.mark.parametrize("state", [{}, {"limits_enabled": False}])

@@ -34,14 +34,14 @@ from pidcfg.conversion.builder import (
     TargetBuilder,
     _is_within,
     apply_table,
-    filter_share,
+    filter_factor,
     filter_time,
     flatten,
-    outputs_in_inner_units,
+    rescale_outer_loops,
     without_unused_terms,
 )
 from pidcfg.conversion.dl06 import _derivative_filter
-from pidcfg.conversion.generic import NOTHING_LOST, RANGE_FIELDS, from_neutral, to_neutral
+from pidcfg.conversion.generic import HARMLESS_FIELDS, RANGE_FIELDS, from_neutral, to_neutral
 from pidcfg.conversion.operation import Smoothing, _smoothing_lines
 from pidcfg.conversion.pipeline import _derivative_line, convert, neutral_loops, read_back
 from pidcfg.encoders.codecs import EncodeError
@@ -167,7 +167,7 @@ def test_an_output_that_commands_a_pv_is_told_on_its_scale(span, scaled):
     fields = [SourceField(key, 1, (key,)) for key in ("tuning.gain", "output.range", "output.unit", "output.limits")]
     outer = NeutralLoop(data, fields)
     inner = NeutralLoop({"name": "FIC", "pv": {"range": span}, "setpoint": {"source": "TIC"}})
-    assert outputs_in_inner_units([outer, inner]) == [outer, inner]
+    assert rescale_outer_loops([outer, inner]) == [outer, inner]
     assert (outer.data["tuning"]["gain"], outer.data["output"]) == (2 * (span[1] - span[0]) / 50, scaled)
     note = "it commands FIC: told in the units of its PV" if span != [0, 50] else ""
     assert [field.note for field in outer.fields] == ["", note, note, ""]
@@ -427,8 +427,8 @@ def test_without_a_proportional_action_the_times_are_those_of_a_gain_of_1(propor
 def test_a_filter_is_a_share_of_a_sample_or_a_time_and_none_takes_all_of_it():
     half = filter_time(Decimal("0.5"), Decimal(2))
     assert float(half) == pytest.approx(2 / 0.6931471805599453)
-    assert filter_share(half, Decimal(2)) == Decimal("0.5")
-    assert [filter_share(Decimal(time), Decimal(2)) for time in (0, -1)] == [1, 1]
+    assert filter_factor(half, Decimal(2)) == Decimal("0.5")
+    assert [filter_factor(Decimal(time), Decimal(2)) for time in (0, -1)] == [1, 1]
     assert [filter_time(Decimal(share), Decimal(2)) for share in (1, 2)] == [0, 0]
 
 
@@ -483,7 +483,7 @@ def test_every_field_that_is_given_says_where_it_goes():
     pairs = {f"{path}.{i}" for path in RANGE_FIELDS for i in range(2)}
 
     assert sorted(entry.path for entry in loop.fields) == sorted(
-        {*leaves(Loop), *RANGE_FIELDS} - pairs - {*NOTHING_LOST}
+        {*leaves(Loop), *RANGE_FIELDS} - pairs - {*HARMLESS_FIELDS}
     )
     assert all(entry.neutral == (entry.path,) for entry in loop.fields)
     assert not loop.missing
@@ -547,11 +547,11 @@ def checked(data):
 
 def of_vendor(loops, vendor):
     """Neutral loops as a vendor's configuration."""
-    from pidcfg.conversion.pipeline import settle_values
+    from pidcfg.conversion.pipeline import fit_to_registers
 
     file = GenericFile.model_validate({"pidcfg": 1, "vendor": "generic", "loops": loops})
     made = VENDORS[vendor].load("from_neutral")(file, {})
-    settle_values(made, VENDORS[vendor])
+    fit_to_registers(made, VENDORS[vendor])
     return checked(made.data)
 
 
@@ -616,7 +616,7 @@ def test_there_and_back_gives_the_same_loop_up_to_the_reported_rounding(one, two
         back = convert(checked(there.data).config, VENDORS[two], VENDORS[one], {})
     except (ConvertError, AssertionError, EncodeError):
         return  # one of the two cannot hold the loop, and says so
-    if len(there.source_places) < len(there.loops) or len(back.source_places) < len(back.loops):
+    if len(there.source_loops) < len(there.loops) or len(back.source_loops) < len(back.loops):
         return  # a loop cannot go, and its report says why
     before, _ = neutral_loops(source.config, source.vendor)
     after, _ = neutral_loops(checked(back.data).config, source.vendor)

@@ -11,7 +11,7 @@ import pidcfg as pidcfg_package
 from command import run_text
 from pidcfg.cli.formats.conversion import render_differences
 from pidcfg.cli.formats.findings import markdown_cell
-from pidcfg.conversion.differences import RUNNING, TROUBLES
+from pidcfg.conversion.differences import TROUBLES, TUNE_RUNNING
 from pidcfg.encoders.maps import click, ezlogix, nextopid
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -32,7 +32,7 @@ STATES = [
     # register, content, kind, text
     *(("dl06", "mode_and_alarm_status", 1 << n, "error", text) for n, text in (
         (10, "Alarm value programming error"), (11, "Loop calculation overflow/underflow"), (13, "Auto-tune error"))),
-    ("dl06", "mode_and_alarm_status", 1 << 12, "tuning", RUNNING),
+    ("dl06", "mode_and_alarm_status", 1 << 12, "tuning", TUNE_RUNNING),
     *(("dl06", "ramp_soak_errors", 1 << n, "error", text) for n, text in (
         (0, "Starting address out of lower V-memory range"), (1, "Starting address out of upper V-memory range"),
         (4, "Starting address in system V-memory"))),
@@ -42,8 +42,8 @@ STATES = [
         (2, "The number of loops is greater than 8"), (3, "The loop table extends past V7577"))),
     *(("click", "error_code", code.number, "error", f"error {code.number}: {code.title}") for code in click.CODES[1:]),
     ("click", "error_code", 77, "error", "error 77"),
-    ("click", "autotune_request", 1, "tuning", RUNNING),
-    *(("ezlogix", "autotune_status", n, "tuning", f"{RUNNING}: {text}") for n, text in (
+    ("click", "autotune_request", 1, "tuning", TUNE_RUNNING),
+    *(("ezlogix", "autotune_status", n, "tuning", f"{TUNE_RUNNING}: {text}") for n, text in (
         (1, "collecting data"), (2, "calculating"))),
     *(("ezlogix", "autotune_status", c.number, "error", f"autotune error {c.number}: {c.title}")
       for c in ezlogix.CODES if c.number > 4),

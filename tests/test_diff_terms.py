@@ -16,7 +16,7 @@ from pidcfg.cli.formats.conversion import differences_text as as_text
 from pidcfg.cli.main import main
 from pidcfg.conversion import text_of
 from pidcfg.conversion.comparison import moved_loops
-from pidcfg.conversion.terms import Item, Owner, content_of, kind_by, move_content, with_faults
+from pidcfg.conversion.terms import Item, Owner, add_faults, content_of, item_kind, move_content
 from pidcfg.conversion.vendor_terms import _cell_content, raw_terms
 from pidcfg.encoders.decoding import read_listing
 from pidcfg.encoders.listing import Listing
@@ -818,21 +818,21 @@ def test_a_configuration_to_compare_with_that_is_wrong_is_told(tmp_path):
     ("access", "plain"), [("setting", "setting"), ("reserved", "reserved"), ("status", "live"), ("request", "live")]
 )
 def test_a_register_is_whose_the_writers_say_or_its_access(access, plain):
-    assert kind_by(access, None) == plain
+    assert item_kind(access, None) == plain
     for kind, whose in (("live", "live"), ("operated", "operated"), ("compared", "setting")):
-        assert kind_by(access, Writer("sp", kind, "the program", CLICK)) == whose
+        assert item_kind(access, Writer("sp", kind, "the program", CLICK)) == whose
 
 
 def test_what_is_refused_is_told_at_its_keys_or_as_one_of_its_own():
     items = {key: Item(key) for key in ("pv.range.0", "pv.range.1", "gain")}
-    found = with_faults(items, {"pv.range": "it does not ascend", "output.unit": "it is missing"})
+    found = add_faults(items, {"pv.range": "it does not ascend", "output.unit": "it is missing"})
     assert {key: item.fault for key, item in found.items()} == {
         "pv.range.0": "it does not ascend",
         "pv.range.1": "it does not ascend",
         "gain": "",
         "output.unit": "it is missing",
     }
-    assert with_faults(items, {}) == items
+    assert add_faults(items, {}) == items
 
 
 @pytest.mark.parametrize("fault", ["", "line 3 is no row"])

@@ -13,7 +13,7 @@ from dpide_strategies import configurations
 from pidcfg import api
 from pidcfg.encoders.codecs import DecodeError, single_bits
 from pidcfg.encoders.dpide.image import decode, encode
-from pidcfg.encoders.maps.dpide import DPIDE_TABLE, NEEDED, ROWS
+from pidcfg.encoders.maps.dpide import DPIDE_TABLE, REQUIRED_OPERANDS, ROWS
 from pidcfg.schemas.dpide import BLOCK_REGISTERS, WORD_REGISTERS, DeviceRange, Devices, DpideFile, Loop, device_range
 from pidcfg.schemas.iec import BOOL, DINT, TimeNumber, Wire
 from pidcfg.text.source import read_document
@@ -176,7 +176,7 @@ def test_times_may_carry_a_unit_and_are_known_as_times_then(operand, written, se
     assert not isinstance(getattr(configuration(**{operand: 5}).loops[0], operand), TimeNumber)
 
 
-@pytest.mark.parametrize("key", NEEDED)
+@pytest.mark.parametrize("key", REQUIRED_OPERANDS)
 def test_operands_without_a_default_must_be_given(key):
     loop = {"name": "OVEN", **LOOP}
     del loop[key]
@@ -374,7 +374,7 @@ def test_content_that_is_none_is_refused_by_name(changes, message):
     with pytest.raises(DecodeError, match=message) as caught:
         decoded({**words(), **changes})
 
-    assert caught.value.place == next(iter(changes)), "the command names its line"
+    assert caught.value.address == next(iter(changes)), "the command names its line"
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,7 @@ from pidcfg.encoders.dpide.files import FORMATS, write_st
 from pidcfg.encoders.dpide.image import encode
 from pidcfg.encoders.dpide.st_read import read_st
 from pidcfg.encoders.listing import ListingError, UnwritableError, detect_kind
-from pidcfg.encoders.maps.dpide import OUTSIDE, ROWS
+from pidcfg.encoders.maps.dpide import PROCESS_OPERANDS, ROWS
 from pidcfg.schemas.dpide import DpideFile
 from pidcfg.schemas.iec import BOOL, DINT, REAL
 from pidcfg.vendors import VENDORS
@@ -131,7 +131,7 @@ def test_numbers_stand_in_the_call_and_what_is_written_has_a_symbol():
 
     assert tuple(shown) == ("EN", *ROWS)
     symbols = {name for name, value in shown.items() if value.startswith("OVEN_")}
-    assert symbols == {"SV", *OUTSIDE}
+    assert symbols == {"SV", *PROCESS_OPERANDS}
     assert (shown["CYCLE"], shown["Kc_Kp"], shown["PID_DIR"], shown["EN"]) == ("1000", "12.0", "TRUE", "SM400")
 
 
@@ -148,7 +148,7 @@ def test_numbers_stand_in_the_call_and_what_is_written_has_a_symbol():
 def test_what_the_instruction_may_write_is_a_symbol(given, more):
     shown = arguments(written(configuration(**given)))
 
-    assert {name for name, value in shown.items() if value.startswith("OVEN_")} == {*OUTSIDE, *more}
+    assert {name for name, value in shown.items() if value.startswith("OVEN_")} == {*PROCESS_OPERANDS, *more}
 
 
 @pytest.mark.parametrize(
@@ -424,14 +424,14 @@ def test_an_operand_of_a_wrong_type_is_refused_at_its_place(name, value):
 
     assert (error.line, error.column) == (2, text.index(f" {value}", text.index(f"{name} ")) + 2)
     said = WRONG[ROWS[name].type][value]
-    if name in OUTSIDE:
+    if name in PROCESS_OPERANDS:
         by = "process" if name == "PV" else "instruction"
         no_number = f": the {by} writes it, so that it cannot be {value}; write a symbol or a device"
         said = re.sub(r"( is REAL, not|.* several signs).*", no_number, said).replace("a number, a symbol", "a symbol")
     assert str(error) == f"{name}{said}"
 
 
-@pytest.mark.parametrize("name", OUTSIDE)
+@pytest.mark.parametrize("name", PROCESS_OPERANDS)
 def test_what_is_written_is_no_number(name):
     assert "writes it, so that it cannot be 5.0; write a symbol or a device" in str(refused(by_name(**{name: "5.0"})))
 

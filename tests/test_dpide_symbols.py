@@ -15,7 +15,7 @@ from pidcfg.api import decode
 from pidcfg.encoders.dpide.files import FORMATS
 from pidcfg.encoders.dpide.image import encode
 from pidcfg.encoders.listing import detect_kind
-from pidcfg.encoders.maps.dpide import OUTSIDE, ROWS
+from pidcfg.encoders.maps.dpide import PROCESS_OPERANDS, ROWS
 from pidcfg.schemas.dpide import DpideFile
 from test_dpide_encoding import configuration
 from test_dpide_files import USERS, merged
@@ -95,7 +95,8 @@ def test_a_missing_symbol_is_refused(operand):
 
 
 @pytest.mark.parametrize(
-    ("operand", "value"), [(name, bad) for name in ROWS if name not in OUTSIDE for bad in ("x", "1.5.2", "T#1s", "5 5")]
+    ("operand", "value"),
+    [(name, bad) for name in ROWS if name not in PROCESS_OPERANDS for bad in ("x", "1.5.2", "T#1s", "5 5")],
 )
 def test_an_initial_value_that_is_none_is_refused_with_its_line(operand, value):
     text = table(configuration())
@@ -106,7 +107,7 @@ def test_an_initial_value_that_is_none_is_refused_with_its_line(operand, value):
     assert finding.span.line == number
 
 
-@pytest.mark.parametrize("operand", [name for name in ROWS if name not in OUTSIDE])
+@pytest.mark.parametrize("operand", [name for name in ROWS if name not in PROCESS_OPERANDS])
 def test_an_initial_value_that_is_spoiled_is_seen(operand):
     config = configuration()
     line = next(line for line in table(config).splitlines() if f",{operand}: " in line)

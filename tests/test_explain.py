@@ -223,11 +223,14 @@ def test_every_error_number_and_status_has_a_meaning():
             (page,) = pages(f"{prefix}{code.number}")
             assert page.title == code.title
             assert page.meaning.effect
-    never_written = [code.number for code in click_meanings.CODES if click_meanings.NOT_WRITTEN in code.meaning.cure]
+    never_written = [code.number for code in click_meanings.CODES if click_meanings.UNWRITTEN_TEXT in code.meaning.cure]
     assert never_written == [error.number for error in ERRORS if error.low is not None and error.low > 0]
     states = {(name, on) for name, _ in nextopid_meanings.STATES for on in (True, False)}
     assert states == set(nextopid_meanings.STATES)
-    for start, effect in (("ErrBits.", nextopid_meanings.STOPPED), ("AutoTuneResult.Bad_", nextopid_meanings.ENDED)):
+    for start, effect in (
+        ("ErrBits.", nextopid_meanings.STOPPED_TEXT),
+        ("AutoTuneResult.Bad_", nextopid_meanings.ENDED_TEXT),
+    ):
         rows = [meaning for name, meaning in nextopid_meanings.BITS.items() if name.startswith(start)]
         assert {row.effect for row in rows} == {effect}
     bits = {r.name for kind in BLOCK_TYPES.values() for r in kind.outputs if "." in r.name and r.type.kind == "bool"}
@@ -348,9 +351,9 @@ def every_meaning():
     """All meanings of all vendors."""
     return [
         *dl06_meanings.BIT_MEANINGS.values(),
-        *dl06_meanings.WORDS.values(),
-        *click_meanings.WORDS.values(),
-        *ezlogix_meanings.WORDS.values(),
+        *dl06_meanings.WORD_MEANINGS.values(),
+        *click_meanings.WORD_MEANINGS.values(),
+        *ezlogix_meanings.WORD_MEANINGS.values(),
         *nextopid_meanings.BITS.values(),
         *nextopid_meanings.GROUPS.values(),
         *nextopid_meanings.BLOCK_BITS.values(),

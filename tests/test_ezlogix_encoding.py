@@ -12,7 +12,7 @@ from ezlogix_strategies import configurations, registers
 from pidcfg.encoders.codecs import DecodeError
 from pidcfg.encoders.ezlogix.files import FORMATS
 from pidcfg.encoders.ezlogix.image import decode, encode
-from pidcfg.encoders.maps.ezlogix import BLOCKS, LEAST_SAMPLE_RATE, SPACE, TABLES, VARIABLES
+from pidcfg.encoders.maps.ezlogix import BLOCKS, MIN_SAMPLE_COUNTS, SPACE, TABLES, VARIABLES
 from pidcfg.encoders.regmap import NoRegisterError
 from pidcfg.schemas.ezlogix import EzlogixFile
 from pidcfg.text.source import read_document
@@ -169,7 +169,7 @@ def test_what_does_not_fit_is_reported_and_not_truncated(changes, path):
 
 
 def test_the_shortest_sample_rate_of_the_manual_is_five_hundredths():
-    assert LEAST_SAMPLE_RATE == value("R101", sample_rate=0.05) == 5
+    assert MIN_SAMPLE_COUNTS == value("R101", sample_rate=0.05) == 5
 
 
 @pytest.mark.parametrize("timeout", [1.5, "1500 ms", "2 m"])

@@ -16,7 +16,7 @@ from pidcfg.encoders.codecs import DecodeError
 from pidcfg.encoders.generic import DECODE_OPTIONS
 from pidcfg.encoders.generic.files import FORMATS, checklist
 from pidcfg.encoders.generic.image import decode, encode
-from pidcfg.encoders.maps.generic import LOOPS, NEEDED, ROWS, TUNED
+from pidcfg.encoders.maps.generic import LOOPS, REQUIRED_FIELDS, ROWS, TUNING_NUMBERS
 from pidcfg.encoders.parameters import TYPES, store_content
 from pidcfg.schemas.generic import GenericFile, Loop
 from pidcfg.schemas.iec import LREAL, Wire
@@ -58,7 +58,9 @@ def image_of(**changes):
 
 def test_the_table_has_every_field_once():
     assert sorted([*ROWS, *BESIDE]) == sorted(leaves(Loop))
-    assert {path for path in ROWS if path.partition(".")[0] in NEEDED} | set(NEEDED) == set(NEEDED)
+    assert {path for path in ROWS if path.partition(".")[0] in REQUIRED_FIELDS} | set(REQUIRED_FIELDS) == set(
+        REQUIRED_FIELDS
+    )
 
 
 def test_no_path_is_the_end_of_another_so_that_names_with_dots_are_clear():
@@ -123,7 +125,7 @@ def test_a_listing_alone_is_a_configuration():
     assert data["loops"][0]["name"] == "L1"
 
 
-@pytest.mark.parametrize("path", NEEDED)
+@pytest.mark.parametrize("path", REQUIRED_FIELDS)
 def test_what_every_loop_has_must_stand_in_the_listing(path):
     words, settings = image_of()
     del words[f"L1.{path}"]
@@ -180,13 +182,13 @@ def test_the_checklist_says_the_direction():
 
 
 def test_tuning_finds_its_fields():
-    assert [TUNED.key(name) for name in TUNED.names] == [*TUNED.names]
-    assert [TUNED.unit(name) for name in TUNED.names] == ["", "s", "s"]
-    assert TUNED.gain_unit == "engineering"
-    assert TUNED.limits(GenericFile, "tuning.gain").low == "0"
-    assert TUNED.limits(GenericFile, "tuning.derivative_on") is None
+    assert [TUNING_NUMBERS.key(name) for name in TUNING_NUMBERS.names] == [*TUNING_NUMBERS.names]
+    assert [TUNING_NUMBERS.unit(name) for name in TUNING_NUMBERS.names] == ["", "s", "s"]
+    assert TUNING_NUMBERS.gain_unit == "engineering"
+    assert TUNING_NUMBERS.limits(GenericFile, "tuning.gain").low == "0"
+    assert TUNING_NUMBERS.limits(GenericFile, "tuning.derivative_on") is None
     for name in ("nothing", "nothing.gain"):
         with pytest.raises(KeyError, match=name):
-            TUNED.limits(GenericFile, name)
-    assert TUNED.stored_value("tuning.gain", Decimal("0.1")) == Decimal("0.1")
+            TUNING_NUMBERS.limits(GenericFile, name)
+    assert TUNING_NUMBERS.stored_value("tuning.gain", Decimal("0.1")) == Decimal("0.1")
     assert set(PLAIN) <= set(Loop.model_fields)

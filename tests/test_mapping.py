@@ -386,7 +386,7 @@ TUNED_BY_DPIDE = "Kc_Kp Ti_Ki Td_Kd Tf"
     ],
 )
 def test_who_writes_a_register(vendor, values, live, operated, compared):
-    table = tables_of(VENDORS[vendor]).WRITTEN
+    table = tables_of(VENDORS[vendor]).WRITERS
     writers = {row.name: writer_of(table, row.name, values) for row in table}
     kinds = {name: writer.kind for name, writer in writers.items() if writer is not None}
     wanted = {"live": live, "operated": operated, "compared": compared}

@@ -29,7 +29,7 @@ from pidcfg.encoders.nextopid.st_write import (
     wire_text,
     write_st,
 )
-from pidcfg.encoders.structured_text import INTEGERS, REALS, Token, number_of, tokens_of
+from pidcfg.encoders.structured_text import INTEGER_TYPES, REAL_TYPES, Token, number_of, tokens_of
 from pidcfg.schemas.expressions import parse
 from pidcfg.schemas.iec import REAL, Wire, real_text
 from pidcfg.schemas.nextopid import NextopidFile
@@ -266,10 +266,10 @@ def test_whole_variables_keep_their_type_where_a_configuration_has_it():
     assert found.notes[-1] == "these variables are not REAL in the program, and are REAL signals here: W"
 
 
-@pytest.mark.parametrize("kind", sorted(REALS | INTEGERS))
+@pytest.mark.parametrize("kind", sorted(REAL_TYPES | INTEGER_TYPES))
 def test_only_whole_numbers_are_divided_without_a_remainder(kind):
     text = body("A(PV := V / 2);", f"V : {kind};")
-    if kind in REALS:
+    if kind in REAL_TYPES:
         assert read_st(text).words["A.PV"] == Wire("V / 2")
     else:
         with pytest.raises(ListingError, match="whole numbers are divided without a remainder"):

@@ -18,7 +18,7 @@ from browser import opened
 from pidcfg.cli.inputs import RECORDED_DISK
 from pidcfg.pictures import Bar, Chart, Line, Mark, Panel, Strip, page
 from pidcfg.pictures.layout import axis_limits, level_names, ticks
-from pidcfg.pictures.page import SQUARE, line_points, render_figure
+from pidcfg.pictures.page import SQUARE_SIZE, line_points, render_figure
 from pidcfg.sim.engine.run import Settings
 from pidcfg.sim.judgement.report import FLAG_WORDS, LOWER_FLAGS, UPPER_FLAGS, flag_words
 from pidcfg.study.outcome import charts_of, level_lines, levels_around, simulate_document
@@ -235,8 +235,8 @@ def test_a_drawing_has_lines_levels_bars_and_marks_at_their_places():
     lines = {attrs["data-name"]: attrs for attrs in found.of("line")}
     assert list(lines) == ["PV high", "PV", "SP", "OUT"]
     assert lines["PV high"]["class"] == "line level only"
-    high = round((71.2 - 68) / (71.2 - 48.8) * SQUARE)
-    assert lines["PV high"]["points"] == f"0,{high} {SQUARE},{high}"
+    high = round((71.2 - 68) / (71.2 - 48.8) * SQUARE_SIZE)
+    assert lines["PV high"]["points"] == f"0,{high} {SQUARE_SIZE},{high}"
     assert [attrs["data-at"] for attrs in found.of("mark")] == ["40000", "80000"]
     assert [attrs["class"] for attrs in found.of("mark")] == ["mark event", "mark failure"]
     assert [(a["class"], a["data-from"], a["data-to"]) for a in found.of("bar")] == [
@@ -252,7 +252,7 @@ def test_a_drawing_has_lines_levels_bars_and_marks_at_their_places():
     assert texts.count("PV high") == 2, "above its level and beside its row, not in the bar"
 
 
-DOWN = SQUARE, 0.0
+DOWN = SQUARE_SIZE, 0.0
 """Ends of a panel in which a value is its own place."""
 
 
@@ -273,7 +273,7 @@ def test_values_that_change_nothing_are_left_out():
 def test_the_points_draw_the_whole_line_and_no_corner_twice(moves, role):
     times = [sum(step for step, _ in moves[: i + 1]) for i in range(len(moves))]
     line = Line("x", role, times, [float(value) for _, value in moves])
-    chart = replace(drawn(), begin=0, end=SQUARE)
+    chart = replace(drawn(), begin=0, end=SQUARE_SIZE)
     wanted = []
     for x, (_, y) in zip(times, moves, strict=True):
         if wanted and role == "setpoint" and wanted[-1][1] != y:

@@ -364,7 +364,7 @@ class Nested:
         tuned = SimpleNamespace(
             heating="control.action direct", dependent=("tuning.form", True), names=(), key=lambda name: name
         )
-        return {"registers": SimpleNamespace(TUNED=tuned)}[what]
+        return {"registers": SimpleNamespace(TUNING_NUMBERS=tuned)}[what]
 
 
 @pytest.mark.parametrize(

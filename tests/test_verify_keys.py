@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import pytest
 from pydantic_core import PydanticCustomError
 
-from pidcfg.conversion.comparison import same_value
+from pidcfg.conversion.comparison import is_same_value
 from pidcfg.conversion.pipeline import convert
 from pidcfg.sim.controllers.plc import TICKS
 from pidcfg.sim.judgement.report import Alarm, LoopReport, ModeChange
@@ -312,7 +312,7 @@ def test_when_a_sample_first_shows_what_has_happened():
      ("x", "x", True), ("x", "y", False), (None, 0, False), (True, True, True), (-1000, Decimal("-1000.0009"), True)],
 )  # fmt: skip
 def test_neutral_values_that_count_as_equal(a, b, alike):
-    assert same_value(a, b) is same_value(b, a) is alike
+    assert is_same_value(a, b) is is_same_value(b, a) is alike
 
 
 def test_fields_on_which_others_depend_come_first():

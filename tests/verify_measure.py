@@ -267,7 +267,7 @@ class Conversion:
     @property
     def pairs(self):
         """The places of the loops that went over."""
-        return [(i, j) for j, i in enumerate(self.outcome.source_places)]
+        return [(i, j) for j, i in enumerate(self.outcome.source_loops)]
 
     def is_in_memory(self, result) -> bool:
         """Whether a spoiled result differs in a register or a parameter, and not in labels alone."""

@@ -107,9 +107,9 @@ def packed(parts: dict[str, bytes]) -> bytes:
 
 
 def _maps() -> Seeds:
-    from pidcfg.encoders.modbus_map import FORMAT, fill_rows
+    from pidcfg.encoders.modbus_map import FORMAT_NAME, fill_rows
 
-    whole = [texts(vendor, FORMAT)[0].decode() for vendor in ("ezlogix", "nextopid", "dpide")]
+    whole = [texts(vendor, FORMAT_NAME)[0].decode() for vendor in ("ezlogix", "nextopid", "dpide")]
     rows = [[row for row in text.splitlines() if not row.startswith("#")] for text in whole]
     return ["\n".join([head, *fill_rows(body)]).encode() for head, *body in rows]
 

@@ -31,7 +31,7 @@ KINDS_BY_HARM: tuple[Kind, ...] = ("exact", "rounded", "assumed", "clamped", "dr
 """From harmless to harmful."""
 LOSSES = frozenset(("clamped", "dropped"))
 """Kinds that are a loss, unless the line says that nothing is lost."""
-COMMON = ("name", "description")
+COMMON_FIELDS = ("name", "description")
 """Fields of every loop, which a vendor need not list."""
 
 
@@ -72,7 +72,7 @@ class TargetField:
 
 
 @frozen
-class Missing:
+class MissingField:
     """What the source must say before it can be converted: where, and why."""
 
     path: Path
@@ -82,7 +82,7 @@ class Missing:
 class ConvertError(Exception):
     """A configuration that cannot be converted as it is; each problem names the key."""
 
-    def __init__(self, missing: list[Missing]) -> None:
+    def __init__(self, missing: list[MissingField]) -> None:
         super().__init__("; ".join(entry.message for entry in missing))
         self.missing = missing
 
@@ -93,8 +93,8 @@ class NeutralLoop:
 
     data: Data = field(default_factory=dict)
     fields: list[SourceField] = field(default_factory=list)
-    missing: list[Missing] = field(default_factory=list)
-    items_beside: dict[str, str] = field(default_factory=dict)
+    missing: list[MissingField] = field(default_factory=list)
+    harmless_items: dict[str, str] = field(default_factory=dict)
     """Fields beside the loops that go with it, each with the reason why nothing of them is lost."""
 
 
@@ -166,17 +166,17 @@ def list_changes(
     for target_field in target:
         by_neutral.setdefault(target_field.neutral or "", []).append(target_field)
     for entry in source:
-        if entry.path not in COMMON or entry.path in by_neutral:
+        if entry.path not in COMMON_FIELDS or entry.path in by_neutral:
             yield from _field_changes(entry, by_neutral, stored, is_default)
-    from_source = {name for entry in source for name in entry.neutral}
+    source_names = {name for entry in source for name in entry.neutral}
     for name, target_fields in by_neutral.items():
-        if any(do_overlap(name, other) for other in from_source):
+        if any(do_overlap(name, other) for other in source_names):
             continue
         for target_field in target_fields:
             stored_value = stored.get(target_field.path, Stored(None))
             kind = _worst_kind("assumed", stored_value.kind, _clamped_kind(target_field))
-            is_plain = name in COMMON or (target_field.neutral is not None and is_default(target_field.neutral))
-            if target_field.path and (target_field.assumed or kind in LOSSES or not is_plain):
+            is_silent = name in COMMON_FIELDS or (target_field.neutral is not None and is_default(target_field.neutral))
+            if target_field.path and (target_field.assumed or kind in LOSSES or not is_silent):
                 note = _join_notes(target_field.note, stored_value.note)
                 neutral = (name,) if target_field.neutral else ()
                 row = Change(
@@ -204,8 +204,8 @@ def _field_changes(
     target_fields = [
         target_field
         for name in entry.neutral
-        for of, group in by_neutral.items()
-        if do_overlap(name, of)
+        for other, group in by_neutral.items()
+        if do_overlap(name, other)
         for target_field in group
     ]
     if not target_fields:
@@ -246,11 +246,11 @@ class FieldIndex:
 
     def __init__(self, fields: Iterable[str]) -> None:
         self._fields = set(fields)
-        self._around = {above for field in self._fields for above in outer_keys(field)}
+        self._parents = {outer for field in self._fields for outer in outer_keys(field)}
 
     def has_overlap(self, name: str) -> bool:
         """Whether `do_overlap` holds of a field and one of these."""
-        return name in self._around or name in self._fields or any(outer in self._fields for outer in outer_keys(name))
+        return name in self._parents or name in self._fields or any(outer in self._fields for outer in outer_keys(name))
 
 
 def _worst_kind(*kinds: Kind) -> Kind:

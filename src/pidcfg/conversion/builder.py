@@ -12,7 +12,7 @@ from pydantic import BaseModel
 from pidcfg.conversion import (
     QUANTITY_OF_FIELD,
     ConvertError,
-    Missing,
+    MissingField,
     NeutralLoop,
     SourceField,
     TargetField,
@@ -79,21 +79,21 @@ def rescale(value: Decimal, source: Sequence[Decimal], target: Sequence[Decimal]
     return target[0] + quotient(product(value - source[0], width(target)), width(source))
 
 
-def filter_time(share: Decimal, sample_time: Decimal) -> Decimal:
+def filter_time(factor: Decimal, sample_time: Decimal) -> Decimal:
     """The time constant of a filter that takes this share of a difference in each sample; 1: no filter."""
-    if share >= ONE:
+    if factor >= ONE:
         return ZERO
-    return round_computed(-quotient(sample_time, EXACT_CONTEXT.ln(ONE - share)))
+    return round_computed(-quotient(sample_time, EXACT_CONTEXT.ln(ONE - factor)))
 
 
-def filter_share(time: Decimal, sample_time: Decimal) -> Decimal:
+def filter_factor(time: Decimal, sample_time: Decimal) -> Decimal:
     """The share of a difference that a filter with this time constant takes in each sample."""
     if time <= ZERO:
         return ONE
     return round_computed(ONE - EXACT_CONTEXT.exp(-quotient(sample_time, time)))
 
 
-def filter_decay(sample_time: Decimal, time: Decimal) -> Decimal:
+def backward_factor(sample_time: Decimal, time: Decimal) -> Decimal:
     """The share of a difference that a backward step of a filter with this time constant takes in each sample."""
     return round_computed(quotient(sample_time, sample_time + time))
 
@@ -162,7 +162,7 @@ class NeutralBuilder:
 
     def require(self, path: str, message: str) -> None:
         """What the source must say first, by its path below the loop; empty: the loop."""
-        self.loop.missing.append(Missing(("loops", self.index, *parse_path(path)), message))
+        self.loop.missing.append(MissingField(("loops", self.index, *parse_path(path)), message))
 
 
 @dataclass(slots=True)
@@ -206,7 +206,7 @@ class TargetBuilder:
 
     def refuse(self, path: str, message: str) -> NoReturn:
         """Ends the conversion for a value that the target cannot have at all."""
-        raise ConvertError([Missing(("loops", self.index, *parse_path(path)), message)])
+        raise ConvertError([MissingField(("loops", self.index, *parse_path(path)), message)])
 
 
 def target_file(vendor: str, file: GenericFile, builders: Sequence[TargetBuilder], **sections: object) -> TargetFile:
@@ -223,37 +223,37 @@ def _file_value(value: object) -> Any:
     return file_number(value) if isinstance(value, Decimal) else value
 
 
-def assign_addresses(bank: BankRange, size: int, count: int, given: Sequence[str]) -> list[int]:
+def assign_addresses(bank: BankRange, size: int, count: int, given_addresses: Sequence[str]) -> list[int]:
     """Where the blocks of each loop begin: as wanted, the others behind the last one without overlapping any."""
-    _refuse_too_many(given, count)
-    places = [bank.parse(address) for address in given]
-    start = places[-1] + size if places else bank.first
-    while len(places) < count:
-        overlapping = next((other for other in places if abs(other - start) < size), None)
+    _refuse_too_many(given_addresses, count)
+    starts = [bank.parse(address) for address in given_addresses]
+    start = starts[-1] + size if starts else bank.first
+    while len(starts) < count:
+        overlapping = next((other for other in starts if abs(other - start) < size), None)
         if overlapping is None:
-            places.append(start)
+            starts.append(start)
         start = (start if overlapping is None else overlapping) + size
-    top = max(places, default=bank.first)
+    top = max(starts, default=bank.first)
     if top + size - 1 > bank.last:
-        raise _no_place(f"{size} addresses from {bank.prefix}{top} on do not end by {bank.prefix}{bank.last}")
-    return places
+        raise _place_error(f"{size} addresses from {bank.prefix}{top} on do not end by {bank.prefix}{bank.last}")
+    return starts
 
 
-def assign_names(given: Sequence[str | None], count: int, make_name: Callable[[int], str]) -> list[str]:
+def assign_names(given_names: Sequence[str | None], count: int, make_name: Callable[[int], str]) -> list[str]:
     """One name a loop: as wanted, the others the first that are free, counted from 1."""
-    _refuse_too_many(given, count)
-    free_names = (name for n in counter(1) if (name := make_name(n)) not in given)
-    all_given = [*given, *[None] * (count - len(given))]
-    return [next(free_names) if name is None else name for name in all_given]
+    _refuse_too_many(given_names, count)
+    free_names = (name for n in counter(1) if (name := make_name(n)) not in given_names)
+    all_names = [*given_names, *[None] * (count - len(given_names))]
+    return [next(free_names) if name is None else name for name in all_names]
 
 
-def _refuse_too_many(given: Sequence[str | None], count: int) -> None:
-    if len(given) > count:
-        raise _no_place(f"{', '.join(str(name) for name in given)}: that is {len(given)} for {count} of the loops")
+def _refuse_too_many(names: Sequence[str | None], count: int) -> None:
+    if len(names) > count:
+        raise _place_error(f"{', '.join(str(name) for name in names)}: that is {len(names)} for {count} of the loops")
 
 
-def _no_place(message: str) -> ConvertError:
-    return ConvertError([Missing(("loops",), message)])
+def _place_error(message: str) -> ConvertError:
+    return ConvertError([MissingField(("loops",), message)])
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -271,7 +271,7 @@ D305 = Decision(
 )
 
 
-def outputs_in_inner_units(loops: list[NeutralLoop]) -> list[NeutralLoop]:
+def rescale_outer_loops(loops: list[NeutralLoop]) -> list[NeutralLoop]:
     """The loops, each source of a set point on the scale of the PV that it commands."""
     by_name = {loop.data.get("name"): loop for loop in loops}
     for inner in loops:
@@ -375,15 +375,15 @@ ALARMS = (
     *("alarms.deviation.high", "alarms.deviation.high_high", "alarms.rate_of_change", "alarms.hysteresis"),
 )
 """Every alarm of the neutral loop."""
-HARMLESS = {"setpoint.follows_pv": False}
+HARMLESS_VALUES = {"setpoint.follows_pv": False}
 """Values that are no default and still ask nothing of a target that has no such field."""
 
 
-def drop_unmatched(loop: Loop, notes: Mapping[str, str]) -> Iterator[tuple[str, str]]:
+def unmatched_fields(loop: Loop, notes: Mapping[str, str]) -> Iterator[tuple[str, str]]:
     """Those of these fields that a loop gives (with more than the default), with what to program instead."""
     for path, note in notes.items():
-        *above, key = parse_path(path)
-        value, section = value_at(loop, (*above, key)), value_at(loop, above)
+        *outer, key = parse_path(path)
+        value, section = value_at(loop, (*outer, key)), value_at(loop, outer)
         default = type(section).model_fields[str(key)].default if isinstance(section, BaseModel) else None
         is_idle = path == HYSTERESIS and not has_alarms(loop)
         if value is not None and value != default and not is_idle and not is_harmless(path, value):
@@ -400,18 +400,18 @@ def has_alarms(loop: object) -> bool:
 
 def is_harmless(path: str, value: object) -> bool:
     """Whether nothing is lost with this value in a target without such a field."""
-    return path in HARMLESS and HARMLESS[path] == value
+    return path in HARMLESS_VALUES and HARMLESS_VALUES[path] == value
 
 
 # --- Two neutral loops made comparable: one scale of the output, one way to say what has no proportional action -------
 
-Flat = dict[str, Any]
+FlatLoop = dict[str, Any]
 """The values of a loop by path, as `flatten` gives them."""
 OUTPUT_RANGE = ("output.range.0", "output.range.1")
-ON_OUTPUT_SCALE = ("output.limits.0", "output.limits.1", "output.bias", "output.manual")
+OUTPUT_SCALE_FIELDS = ("output.limits.0", "output.limits.1", "output.bias", "output.manual")
 
 
-def flatten(model: Any, prefix: str = "") -> Flat:
+def flatten(model: Any, prefix: str = "") -> FlatLoop:
     """Every value of a neutral loop by its path; limits that are not given are the ends of their range."""
     values: dict[str, object] = {}
     for name in type(model).model_fields:
@@ -429,7 +429,7 @@ def flatten(model: Any, prefix: str = "") -> Flat:
     return values
 
 
-def without_unused_terms(loop: Flat) -> Flat:
+def without_unused_terms(loop: FlatLoop) -> FlatLoop:
     """Without a proportional action the gain is 1, and the times make up for it; no derivative acts on nothing."""
     values = dict(loop)
     gain = values["tuning.gain"]
@@ -443,7 +443,7 @@ def without_unused_terms(loop: Flat) -> Flat:
     return values
 
 
-def rescale_output(reference: Flat, two: Flat) -> Flat:
+def rescale_output(reference: FlatLoop, two: FlatLoop) -> FlatLoop:
     """The second loop with its output on the scale of the first: a vendor may know its output in % only."""
     first, second = ([Decimal(loop[end]) for end in OUTPUT_RANGE] for loop in (reference, two))
     if first == second:
@@ -451,7 +451,7 @@ def rescale_output(reference: Flat, two: Flat) -> Flat:
     values = dict(two)
     factor = quotient(width(first), width(second))
     values["tuning.gain"] = round_computed(product(values["tuning.gain"], factor))
-    for key in ON_OUTPUT_SCALE:
+    for key in OUTPUT_SCALE_FIELDS:
         value = values.get(key)
         if value is not None and not isinstance(value, Quantity):
             values[key] = round_computed(rescale(Decimal(value), second, first))
@@ -460,7 +460,7 @@ def rescale_output(reference: Flat, two: Flat) -> Flat:
     return values | dict(zip(OUTPUT_RANGE, first, strict=True))
 
 
-def make_comparable(one: object, two: object) -> tuple[Flat, Flat]:
+def make_comparable(one: object, two: object) -> tuple[FlatLoop, FlatLoop]:
     """Two neutral loops by path, the second in the terms of the first.
 
     Where the first has no proportional action, the other two are compared as the second has them, with one or without.
@@ -472,7 +472,7 @@ def make_comparable(one: object, two: object) -> tuple[Flat, Flat]:
     return _without_idle_gains(without_unused_terms(before)), _without_idle_gains(without_unused_terms(after))
 
 
-def _without_idle_gains(loop: Flat) -> Flat:
+def _without_idle_gains(loop: FlatLoop) -> FlatLoop:
     """Without the times of a gain of 0, and without the gain of a loop in which nothing acts."""
     values = dict(loop)
     if not values["tuning.gain"]:
@@ -506,36 +506,36 @@ def scaled_words(encoding: AnyEncoding) -> Iterator[tuple[Path, Word, Scale, int
             if isinstance(word.codec, SCALED_CODECS) and word.path is not None:
                 scale = block.scales[word.codec.scale]
                 if scale.range is not None:
-                    yield (*block.place, *parse_path(word.path)), word, scale, block.encoded.words[word.offset]
+                    yield (*block.path, *parse_path(word.path)), word, scale, block.encoded.words[word.offset]
 
 
 @frozen
 class RoundingExcess:
     """What rounding to counts leaves of a value, as a share of its scale, and the counts of that."""
 
-    share: Decimal
-    counts: Decimal
+    scale_share: Decimal
+    full_counts: Decimal
 
 
 def rounding_excesses(config: ConfigurationFile, encoding: AnyEncoding) -> dict[Path, RoundingExcess]:
     """What rounding leaves of the values of a file, by their places."""
-    rests = {}
-    for path, word, scale, held in scaled_words(encoding):
+    excesses = {}
+    for path, word, scale, content in scaled_words(encoding):
         value = value_at(config, path)
         if isinstance(value, Quantity) and isinstance(word.codec, SCALED_CODECS):
-            rests[path] = RoundingExcess(
-                quotient(word.codec.rounding_excess(value, held, scale), scale.full_counts), scale.full_counts
+            excesses[path] = RoundingExcess(
+                quotient(word.codec.rounding_excess(value, content, scale), scale.full_counts), scale.full_counts
             )
-    return rests
+    return excesses
 
 
 def counts_between(one: RoundingExcess | None, two: RoundingExcess | None) -> float:
     """How far two words for the same number are apart, in counts of the coarser one; 0: neither rounds it."""
-    rests = [rest for rest in (one, two) if rest is not None]
-    if not rests:
+    excesses = [excess for excess in (one, two) if excess is not None]
+    if not excesses:
         return 0.0
-    shares = [Decimal(0) if rest is None else rest.share for rest in (one, two)]
-    difference = abs(shares[0] - shares[1]) * min(rest.counts for rest in rests)
+    shares = [Decimal(0) if excess is None else excess.scale_share for excess in (one, two)]
+    difference = abs(shares[0] - shares[1]) * min(excess.full_counts for excess in excesses)
     return round(float(difference), COUNT_DIGITS)
 
 
@@ -546,20 +546,20 @@ def counts_between(one: RoundingExcess | None, two: RoundingExcess | None) -> fl
 # whose choice differs is dropped. Gains, times and filters get the error of what acts (a time constant, not the share
 # in a register), and every number that differs is told in one unit.
 
-EXACT_SHARE, SCALE_SHARE = Decimal("1e-6"), Decimal("1e-9")
+NUMBER_TOLERANCE, SCALE_TOLERANCE = Decimal("1e-6"), Decimal("1e-9")
 """Relative difference of numbers, and difference as a share of their scale, that single precision makes."""
 
 
 def correct_lines(rows: Sequence[Change], before: Loop, after: Loop) -> Iterator[Change]:
     """The lines of a loop, each as true as the neutral loops of both sides make it."""
-    not_stated = frozenset(key for key in RUNNING_VALUES if not is_given(after, key.split(".")))
+    unstated_fields = frozenset(key for key in RUNNING_VALUES if not is_given(after, key.split(".")))
     if not has_alarms(before):
-        not_stated |= {HYSTERESIS}
-    sides = NeutralValues(*make_comparable(before, after), before, not_stated)
+        unstated_fields |= {HYSTERESIS}
+    sides = NeutralValues(*make_comparable(before, after), before, unstated_fields)
     return (sides.correct_line(row) for row in rows)
 
 
-NOT_READ_BACK = ("output.manual",)
+OMITTED_DEFAULTS = ("output.manual",)
 """Numbers that are not told on the way back where they are what the PLC has without them."""
 RUNNING_VALUES = ("output.bias",)
 """Numbers that are not told on the way back where the loop writes them itself."""
@@ -569,10 +569,10 @@ RUNNING_VALUES = ("output.bias",)
 class NeutralValues:
     """A loop's neutral values on both sides, in the terms of the source."""
 
-    before: Flat
-    after: Flat
+    before: FlatLoop
+    after: FlatLoop
     loop: Loop
-    not_stated: frozenset[str]
+    unstated_fields: frozenset[str]
     """Numbers of which the target says nothing."""
 
     def correct_line(self, row: Change) -> Change:
@@ -583,26 +583,26 @@ class NeutralValues:
         terms = [terms for key in keys if (terms := self._differing_terms(key)) is not None]
         if terms:
             return _mark_rounded(row, max(terms, key=error_percent_of))
-        other = next((key for key in keys if self._is_other(key, row)), None)
-        if row.kind != "exact" or other is None:
+        differing_key = next((key for key in keys if self._is_other_choice(key, row)), None)
+        if row.kind != "exact" or differing_key is None:
             return row
-        note = f"the result has {self.after.get(other)} there"
+        note = f"the result has {self.after.get(differing_key)} there"
         return replace(row, kind="dropped", note=f"{row.note}; {note}" if row.note else note, loss=True)
 
     def _differing_terms(self, key: str) -> Terms | None:
         """A number that differs."""
         wanted, held = _number_of(self.before[key]), _number_of(self.after.get(key))
-        if wanted is None or held is None or key in self.not_stated:
+        if wanted is None or held is None or key in self.unstated_fields:
             return None
         size, scale = max(abs(wanted), abs(held)), self._range_width(key)
-        if abs(held - wanted) <= max(EXACT_SHARE * size, SCALE_SHARE * scale):
+        if abs(held - wanted) <= max(NUMBER_TOLERANCE * size, SCALE_TOLERANCE * scale):
             return None
         return Terms(key, wanted, held, self._unit_of(key))
 
-    def _is_other(self, key: str, row: Change) -> bool:
+    def _is_other_choice(self, key: str, row: Change) -> bool:
         """Whether a choice, or a number that is gone, differs; without a place only what acts otherwise does."""
         wanted, held = self.before[key], self.after.get(key)
-        if _number_of(wanted) is not None and (_number_of(held) is not None or key in NOT_READ_BACK):
+        if _number_of(wanted) is not None and (_number_of(held) is not None or key in OMITTED_DEFAULTS):
             return False
         return wanted != held and not (row.target is None and is_harmless(key, wanted))
 

@@ -15,8 +15,7 @@ from pidcfg.conversion.builder import (
     apply_table,
     assign_addresses,
     assign_names,
-    drop_unmatched,
-    filter_share,
+    filter_factor,
     filter_time,
     gain_limit,
     product,
@@ -25,6 +24,7 @@ from pidcfg.conversion.builder import (
     round_computed,
     same_fields,
     target_file,
+    unmatched_fields,
     width,
 )
 from pidcfg.conversion.operation import (
@@ -77,22 +77,22 @@ D286 = Decision(
     "The help squares the error in the PV's units. A controller that squares errors as a share of the range has the "
     "same effect with this gain.",
 )
-RAISES = {"direct": True, "reverse": False}
+RAISES_PV = {"direct": True, "reverse": False}
 """Whether the PV rises with the output, by the word for the process's action."""
-FOLLOWS = {1: True, 2: False}
+FOLLOWS_PV = {1: True, 2: False}
 """Whether Auto begins with the PV as the set point, by the bumpless mode."""
-OUTPUT = (ZERO, HUNDRED)
+PERCENT_RANGE = (ZERO, HUNDRED)
 """The range of the output, in %."""
 NO_INTEGRAL = Decimal(6000)
 NO_FILTER = 100
-SWITCHED_OFF = "stored, but switched off"
+SWITCHED_OFF_NOTE = "stored, but switched off"
 SWITCHES = (
     *(f"{path}_enabled" for path in ("derivative_gain_limit", "pv.filter", "error.deadband", "alarms.rate_of_change")),
     *("setpoint.lower_limit_enabled", "setpoint.upper_limit_enabled", "alarms.pv.enabled", "alarms.deviation.enabled"),
 )
-PLACES = ("bits", "integers", "floats", "output.pwm.bit")
-NOTHING_LOST = {
-    **dict.fromkeys(PLACES, "a place in this PLC, which means nothing elsewhere"),
+ADDRESS_KEYS = ("bits", "integers", "floats", "output.pwm.bit")
+HARMLESS_FIELDS = {
+    **dict.fromkeys(ADDRESS_KEYS, "a place in this PLC, which means nothing elsewhere"),
     "action_verified": "the action is to be verified again in the new PLC",
     **dict.fromkeys(("state.raw_pv", "state.pv", "state.bias"), "the controller writes it"),
     **dict.fromkeys(SWITCHES, "it shows in what it switches"),
@@ -120,27 +120,27 @@ def _neutral_sample_rate(b: NeutralBuilder, loop: SourceLoop) -> None:
     b.put("sample_rate", f"{decimal_text(loop.sample_rate.scaleb(3))} ms", "sample_time", loop.sample_rate)
 
 
-def _value_if_on(b: NeutralBuilder, model: BaseModel, path: str, unused: Decimal) -> Decimal | None:
-    """A value that has a switch, while it is on; ``unused`` is what its register holds when it is not given."""
+def _value_if_on(b: NeutralBuilder, model: BaseModel, path: str, default: Decimal) -> Decimal | None:
+    """A value that has a switch, while it is on; ``default`` is what its register holds when it is not given."""
     key = path.rpartition(".")[2]
     value, bit = getattr(model, key), getattr(model, f"{key}_enabled")
     if is_switched_on(bit, value):
-        return unused if value is None else Decimal(value)
+        return default if value is None else Decimal(value)
     if value is not None:
-        b.drop(path, value, SWITCHED_OFF)
+        b.drop(path, value, SWITCHED_OFF_NOTE)
     return None
 
 
 # --- equation --------------------------------------------------------------------------------------------------------
 
 
-def _squared(loop: SourceLoop) -> bool:
+def _is_squared(loop: SourceLoop) -> bool:
     return loop.error.curve == "squared"
 
 
 def _neutral_tuning(b: NeutralBuilder, loop: SourceLoop) -> None:
     gain, reset = loop.tuning.proportional_gain, loop.tuning.reset_time
-    if _squared(loop):
+    if _is_squared(loop):
         b.put(
             "tuning.proportional_gain",
             gain,
@@ -151,13 +151,13 @@ def _neutral_tuning(b: NeutralBuilder, loop: SourceLoop) -> None:
         )
     else:
         b.put("tuning.proportional_gain", gain, "tuning.gain", gain)
-    off = reset >= NO_INTEGRAL
+    has_no_integral = reset >= NO_INTEGRAL
     b.put(
         "tuning.reset_time",
         reset,
         "tuning.integral_time",
-        ZERO if off else reset,
-        "6000 s is taken for no integral" if off else "",
+        ZERO if has_no_integral else reset,
+        "6000 s is taken for no integral" if has_no_integral else "",
     )
 
 
@@ -182,14 +182,14 @@ def _derivative(b: NeutralBuilder, loop: SourceLoop) -> None:
 
 
 def _error(b: NeutralBuilder, loop: SourceLoop) -> None:
-    if _squared(loop):
+    if _is_squared(loop):
         b.drop(
             "error.curve",
             "squared",
             "square the error in the new controller, or tune it anew: small errors now count for more",
         )
     deadband = _value_if_on(b, loop.error, "error.deadband", ZERO)
-    if deadband is not None and _squared(loop):
+    if deadband is not None and _is_squared(loop):
         note = "the root, since the error is no longer squared"
         b.put("error.deadband", deadband, "deadband", round_computed(deadband.sqrt()), note, assumed=True)
     elif deadband is not None:
@@ -244,7 +244,7 @@ def _setpoint_limits(b: NeutralBuilder, loop: SourceLoop) -> None:
 def _neutral_output(b: NeutralBuilder, loop: SourceLoop) -> None:
     output = loop.output
     unit = output.unit or "%"
-    b.put("output.unit", unit, "output.range", list(OUTPUT))
+    b.put("output.unit", unit, "output.range", list(PERCENT_RANGE))
     b.put("output.unit", unit, "output.unit", unit)
     low, high = output.limits
     if low >= high:
@@ -274,7 +274,7 @@ def _points(
         if value is not None and on:
             b.put(f"{path}.{key}", value, f"{path}.{key}", value)
         elif value is not None:
-            b.drop(f"{path}.{key}", value, SWITCHED_OFF)
+            b.drop(f"{path}.{key}", value, SWITCHED_OFF_NOTE)
         elif on and not harmless[key]:
             b.drop(f"{path}.{key}", None, "not given: this PLC compares with 0, since one bit enables all")
 
@@ -302,7 +302,7 @@ def _rate_of_change(b: NeutralBuilder, loop: SourceLoop) -> None:
         second = round_computed(quotient(change, loop.sample_rate))
         b.put("alarms.rate_of_change", ZERO if rate is None else str(rate), "alarms.rate_of_change", second)
     elif rate is not None:
-        b.drop("alarms.rate_of_change", str(rate), SWITCHED_OFF)
+        b.drop("alarms.rate_of_change", str(rate), SWITCHED_OFF_NOTE)
 
 
 # --- the loop ---------------------------------------------------------------------------------------------------------
@@ -314,7 +314,7 @@ def _autotune(b: NeutralBuilder, loop: SourceLoop) -> None:
 
 NEUTRAL_FIELDS: Table[NeutralBuilder, SourceLoop] = (
     *same_fields("name", "description", "mode"),
-    SameField("action", "output_raises_pv", RAISES),
+    SameField("action", "output_raises_pv", RAISES_PV),
     _neutral_sample_rate,
     _neutral_tuning,
     _derivative,
@@ -333,7 +333,7 @@ NEUTRAL_FIELDS: Table[NeutralBuilder, SourceLoop] = (
     _rate_of_change,
     SameField("alarms.hysteresis"),
     SameField("freeze_bias", "anti_windup"),
-    SameField("bumpless", "setpoint.follows_pv", FOLLOWS),
+    SameField("bumpless", "setpoint.follows_pv", FOLLOWS_PV),
     _autotune,
 )
 """Every field in the order of the report."""
@@ -354,7 +354,7 @@ def operations(config: ClickFile) -> list[Operation]:
             transfer=Transfer.GOES_ON if loop.bumpless == 1 else Transfer.ON_TOP,
             without_integral=WithoutIntegral.TAKEN_OVER,
             windup=Windup.FROZEN if loop.freeze_bias else Windup.WITHIN_LIMITS,
-            squared=_squared(loop),
+            squares_error=_is_squared(loop),
             slowest_integral=NO_INTEGRAL,
             has_edge=True,
             deadband=Deadband.ONLY_BIAS,
@@ -376,16 +376,16 @@ D287 = Decision(
 
 def pv_alarms(b: TargetBuilder, loop: Loop) -> None:
     """The four points of the PV."""
-    _group(b, "alarms.pv", dict(loop.alarms.pv), _pv_points(loop.alarms.pv, loop.pv.range))
+    _put_group(b, "alarms.pv", dict(loop.alarms.pv), _pv_points(loop.alarms.pv, loop.pv.range))
 
 
 def deviation_alarms(b: TargetBuilder, loop: Loop) -> None:
     """The two points of the deviation."""
     deviation = loop.alarms.deviation
-    _group(b, "alarms.deviation", dict(deviation), _deviation_points(deviation, loop.pv.range))
+    _put_group(b, "alarms.deviation", dict(deviation), _deviation_points(deviation, loop.pv.range))
 
 
-def _group(
+def _put_group(
     b: TargetBuilder, path: str, given_points: Mapping[str, Decimal | None], points: Mapping[str, Decimal]
 ) -> None:
     """All points of a group, when one of them is wanted."""
@@ -401,7 +401,7 @@ def _group(
 def _pv_points(points: Points, span: tuple[Decimal, Decimal]) -> dict[str, Decimal]:
     """The four points with those that are not wanted out of reach (D287)."""
     reach = width(span)
-    low, high = _inner(points.low, points.low_low), _inner(points.high, points.high_high)
+    low, high = _inner_point(points.low, points.low_low), _inner_point(points.high, points.high_high)
     lowest = span[0] - reach if low is None else min(span[0] - reach, low)
     highest = span[1] + reach if high is None else max(span[1] + reach, high)
     return {
@@ -414,11 +414,11 @@ def _pv_points(points: Points, span: tuple[Decimal, Decimal]) -> dict[str, Decim
 
 def _deviation_points(points: Deviation, span: tuple[Decimal, Decimal]) -> dict[str, Decimal]:
     """Both points, the one that is not wanted out of reach or at the other (D287)."""
-    high = _inner(points.high, points.high_high) or ZERO
+    high = _inner_point(points.high, points.high_high) or ZERO
     return {"high": high, "high_high": max(width(span), high) if points.high_high is None else points.high_high}
 
 
-def _inner(point: Decimal | None, outer: Decimal | None) -> Decimal | None:
+def _inner_point(point: Decimal | None, outer: Decimal | None) -> Decimal | None:
     return outer if point is None else point
 
 
@@ -432,16 +432,16 @@ D288 = Decision(
     "The gain stands before all three terms and cannot be 0.",
 )
 BANKS = {"bits": BITS, "integers": INTEGERS, "floats": FLOATS}
-ACTIONS = {raises: action for action, raises in RAISES.items()}
-BY_PROGRAM = {
+ACTIONS = {raises: action for action, raises in RAISES_PV.items()}
+PROGRAM_ADVICE = {
     "pv.square_root": "take the root in the program, before the raw PV (DFn+11)",
     "output.max_rate": "limit the change of the output in the program",
 }
 """Neutral fields that a loop does not have, with what to program instead."""
-MODES = {follows: mode for mode, follows in FOLLOWS.items()}
-LEAST_GAIN, LEAST_RESET, MOST_RATE = (Decimal(str(end)) for end in (GAIN.low, RESET.low, DERIVATIVE.high))
-LEAST_SAMPLE, MOST_SAMPLE = Decimal(str(SAMPLE_RATE.low)), Decimal(str(SAMPLE_RATE.high))
-SETPOINT, OUTPUT_REGISTER = 0, 8
+TRANSFERS = {follows: mode for mode, follows in FOLLOWS_PV.items()}
+MIN_GAIN, MIN_RESET, MAX_RATE = (Decimal(str(end)) for end in (GAIN.low, RESET.low, DERIVATIVE.high))
+MIN_SAMPLE, MAX_SAMPLE = Decimal(str(SAMPLE_RATE.low)), Decimal(str(SAMPLE_RATE.high))
+SP_OFFSET, OUTPUT_OFFSET = 0, 8
 """Where set point and output stand in the block of floats."""
 
 
@@ -450,19 +450,19 @@ class ClickLoop:
     """A neutral loop, and where it goes in the PLC."""
 
     neutral: Loop
-    bit: str
+    pulse_bit: str
     """Its discrete output, if it pulses."""
-    milliseconds: int
+    sample_ms: int
     """Its sample rate."""
-    setpoint: str
+    setpoint_register: str
     """The register of its set point."""
     outputs: Mapping[str, str]
     """The registers of the outputs of all loops, by their names."""
 
     @property
-    def sample(self) -> Decimal:
+    def sample_time(self) -> Decimal:
         """The sample rate in s."""
-        return Decimal(self.milliseconds).scaleb(-3)
+        return Decimal(self.sample_ms).scaleb(-3)
 
 
 def from_neutral(
@@ -477,16 +477,16 @@ def from_neutral(
         for key, (_, table) in BLOCKS.items()
     }
     pulses = assign_names([entry and entry["bit"] for entry in options.get("pwm_bit") or ()], count, "Y{:03d}".format)
-    outputs = {loop.name: f"DF{blocks['floats'][i] + OUTPUT_REGISTER}" for i, loop in enumerate(file.loops)}
+    outputs = {loop.name: f"DF{blocks['floats'][i] + OUTPUT_OFFSET}" for i, loop in enumerate(file.loops)}
     builders = []
     for i, loop in enumerate(file.loops):
         b = TargetBuilder(i)
         apply_table(b, loop, loop, CLICK_HEAD)
         for key, (prefix, _) in BLOCKS.items():
             b.put(key, f"{prefix}{blocks[key][i]}", None, "" if key in options else "the next free block")
-        rate = round_to_integer(min(max(loop.sample_time, LEAST_SAMPLE), MOST_SAMPLE).scaleb(3))
+        rate = round_to_integer(min(max(loop.sample_time, MIN_SAMPLE), MAX_SAMPLE).scaleb(3))
         apply_table(
-            b, loop, ClickLoop(loop, pulses[i], rate, f"DF{blocks['floats'][i] + SETPOINT}", outputs), CLICK_FIELDS
+            b, loop, ClickLoop(loop, pulses[i], rate, f"DF{blocks['floats'][i] + SP_OFFSET}", outputs), CLICK_FIELDS
         )
         builders.append(b)
     return target_file("click", file, builders)
@@ -494,8 +494,8 @@ def from_neutral(
 
 def _sample_rate(b: TargetBuilder, c: ClickLoop) -> None:
     time = c.neutral.sample_time
-    outside = not LEAST_SAMPLE <= time <= MOST_SAMPLE
-    b.put("sample_rate", f"{c.milliseconds} ms", "sample_time", exact=time, clamped=outside)
+    clamped = not MIN_SAMPLE <= time <= MAX_SAMPLE
+    b.put("sample_rate", f"{c.sample_ms} ms", "sample_time", exact=time, clamped=clamped)
 
 
 def _mode(b: TargetBuilder, c: ClickLoop) -> None:
@@ -509,10 +509,10 @@ def _bumpless(b: TargetBuilder, c: ClickLoop) -> None:
     """Mode 1 sets the set point to the PV; where nothing is said it stays, if there is one."""
     setpoint = c.neutral.setpoint
     if setpoint.follows_pv is not None:
-        b.put("bumpless", MODES[setpoint.follows_pv], "setpoint.follows_pv")
+        b.put("bumpless", TRANSFERS[setpoint.follows_pv], "setpoint.follows_pv")
         return
     keeps = setpoint.value is not None or setpoint.source is not None
-    b.put("bumpless", MODES[not keeps], None, "the set point stays" if keeps else "Auto begins with the present PV")
+    b.put("bumpless", TRANSFERS[not keeps], None, "the set point stays" if keeps else "Auto begins with the present PV")
 
 
 # --- equation --------------------------------------------------------------------------------------------------------
@@ -520,12 +520,12 @@ def _bumpless(b: TargetBuilder, c: ClickLoop) -> None:
 
 def _terms(loop: Loop) -> tuple[Decimal, Decimal, Decimal]:
     """Gain, reset time and derivative time as they are written."""
-    tuning, per_cent = loop.tuning, quotient(HUNDRED, width(loop.output.range))
-    gain, reset, rate = product(tuning.gain, per_cent), tuning.integral_time, tuning.derivative_time
+    tuning, percent_per_unit = loop.tuning, quotient(HUNDRED, width(loop.output.range))
+    gain, reset, rate = product(tuning.gain, percent_per_unit), tuning.integral_time, tuning.derivative_time
     if tuning.proportional or not gain:
         return gain, reset, rate
-    share = quotient(_smallest_gain(gain, reset, rate), gain)
-    return product(gain, share), product(reset, share), quotient(rate, share)
+    factor = quotient(_smallest_gain(gain, reset, rate), gain)
+    return product(gain, factor), product(reset, factor), quotient(rate, factor)
 
 
 def _tuning(b: TargetBuilder, c: ClickLoop) -> None:
@@ -537,8 +537,8 @@ def _tuning(b: TargetBuilder, c: ClickLoop) -> None:
             "P cannot be switched off: the gain is the smallest there is, and the times are changed with it",
         )
     b.put("tuning.proportional_gain", gain, "tuning.gain")
-    longest = "6000 s is the longest reset time, and counts as no integral" if not reset or reset >= NO_INTEGRAL else ""
-    b.put("tuning.reset_time", reset or NO_INTEGRAL, "tuning.integral_time", longest)
+    note = "6000 s is the longest reset time, and counts as no integral" if not reset or reset >= NO_INTEGRAL else ""
+    b.put("tuning.reset_time", reset or NO_INTEGRAL, "tuning.integral_time", note)
     b.put("tuning.derivative_gain", rate, "tuning.derivative_time")
     if tuning.derivative_on == "error":
         b.mark("tuning.derivative_gain", "tuning.derivative_on", "it acts on the error")
@@ -552,8 +552,8 @@ def _tuning(b: TargetBuilder, c: ClickLoop) -> None:
 
 def _smallest_gain(gain: Decimal, reset: Decimal, rate: Decimal) -> Decimal:
     """The smallest gain with which integral and derivative keep their strength (D288)."""
-    for_reset = quotient(product(gain, LEAST_RESET), reset) if reset else ZERO
-    return max(LEAST_GAIN, for_reset, quotient(product(gain, rate), MOST_RATE))
+    for_reset = quotient(product(gain, MIN_RESET), reset) if reset else ZERO
+    return max(MIN_GAIN, for_reset, quotient(product(gain, rate), MAX_RATE))
 
 
 def _derivative_filter(b: TargetBuilder, c: ClickLoop) -> None:
@@ -591,34 +591,34 @@ def _pv_range(b: TargetBuilder, c: ClickLoop) -> None:
 def _pv_filter(b: TargetBuilder, c: ClickLoop) -> None:
     if not c.neutral.pv.filter:
         return
-    share = product(filter_share(c.neutral.pv.filter, c.sample), HUNDRED)
-    if round_to_integer(share) >= NO_FILTER:
-        b.drop("pv.filter", f"with a sample rate of {decimal_text(c.sample)} s such a filter passes everything")
+    percent = product(filter_factor(c.neutral.pv.filter, c.sample_time), HUNDRED)
+    if round_to_integer(percent) >= NO_FILTER:
+        b.drop("pv.filter", f"with a sample rate of {decimal_text(c.sample_time)} s such a filter passes everything")
     else:
         note = "% of the raw PV that each sample passes"
-        b.put("pv.filter", max(round_to_integer(share), 1), "pv.filter", note, exact=share, clamped=share < ONE)
+        b.put("pv.filter", max(round_to_integer(percent), 1), "pv.filter", note, exact=percent, clamped=percent < ONE)
 
 
 def _output(b: TargetBuilder, c: ClickLoop) -> None:
     output, span = c.neutral.output, c.neutral.output.range
-    percent = span == OUTPUT
-    shown = " to ".join(decimal_text(end) for end in span)
-    note = f"0 to 100 % of the output are {shown} {output.unit or ''}".rstrip()
-    exact = [rescale(end, span, OUTPUT) for end in output.limits or span]
+    is_percent = span == PERCENT_RANGE
+    range_text = " to ".join(decimal_text(end) for end in span)
+    note = f"0 to 100 % of the output are {range_text} {output.unit or ''}".rstrip()
+    exact = [rescale(end, span, PERCENT_RANGE) for end in output.limits or span]
     output_limits = [min(max(end, ZERO), HUNDRED) for end in exact]
-    b.put("output.limits", output_limits, "output.range" if percent else None, "" if percent else note)
-    if not percent:
+    b.put("output.limits", output_limits, "output.range" if is_percent else None, "" if is_percent else note)
+    if not is_percent:
         b.mark("output.limits", "output.range", f"the output is in %: {note}", assumed=True)
     if output.limits is not None:
         for i in range(2):
             b.mark(f"output.limits.{i}", f"output.limits.{i}", exact=exact[i], clamped=output_limits[i] != exact[i])
-    if output.unit is not None and percent:
+    if output.unit is not None and is_percent:
         b.put("output.unit", output.unit, "output.unit")
     elif output.unit is not None:
         b.mark("output.limits", "output.unit", f"the output is in %: {note}", assumed=True)
     if output.manual is not None:
-        b.put("state.output", rescale(output.manual, span, OUTPUT), "output.manual")
-    _bias(b, c.neutral, rescale(output.bias, span, OUTPUT), output_limits)
+        b.put("state.output", rescale(output.manual, span, PERCENT_RANGE), "output.manual")
+    _bias(b, c.neutral, rescale(output.bias, span, PERCENT_RANGE), output_limits)
 
 
 def _bias(b: TargetBuilder, loop: Loop, bias: Decimal, limits: Sequence[Decimal]) -> None:
@@ -640,7 +640,7 @@ def _pulse(b: TargetBuilder, c: ClickLoop) -> None:
     pulse = c.neutral.output.pulse
     if pulse is None:
         return
-    b.put("output.pwm.bit", c.bit, None, "the dialog alone holds it")
+    b.put("output.pwm.bit", c.pulse_bit, None, "the dialog alone holds it")
     b.put("output.pwm.period", pulse.period, "output.pulse.period")
     for key, what in (("min_on", "pulses"), ("min_off", "gaps")):
         time = getattr(pulse, key)
@@ -653,17 +653,17 @@ def _alarms(b: TargetBuilder, c: ClickLoop) -> None:
     deviation_alarms(b, c.neutral)
     rate = c.neutral.alarms.rate_of_change
     if rate is not None:
-        b.put("alarms.rate_of_change", product(rate, c.sample), "alarms.rate_of_change", "per sample")
+        b.put("alarms.rate_of_change", product(rate, c.sample_time), "alarms.rate_of_change", "per sample")
 
 
-def _without_place(b: TargetBuilder, c: ClickLoop) -> None:
+def _drop_unmatched(b: TargetBuilder, c: ClickLoop) -> None:
     """What the program does in place of the loop."""
-    b.drop_all(drop_unmatched(c.neutral, BY_PROGRAM))
+    b.drop_all(unmatched_fields(c.neutral, PROGRAM_ADVICE))
     source = c.neutral.setpoint.source
     if source is not None:
         low, high = (decimal_text(end) for end in c.neutral.pv.range)
         output = f"{c.outputs[source]} of {source}" if source in c.outputs else f"the output of {source}"
-        note = f"scale {output}, 0 to 100 %, to {low} to {high} in the program, and write it to {c.setpoint}"
+        note = f"scale {output}, 0 to 100 %, to {low} to {high} in the program, and write it to {c.setpoint_register}"
         b.drop("setpoint.source", note)
 
 
@@ -687,6 +687,6 @@ CLICK_FIELDS = (
     SameField("deadband", "error.deadband", skip_falsy=True),
     _alarms,
     SameField("alarms.hysteresis", skip_falsy=True),
-    _without_place,
+    _drop_unmatched,
 )
 """Every field in the order of the file."""

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any, Literal
 from pidcfg.conversion import ConvertError, NeutralLoop, do_overlap, number_of
 from pidcfg.conversion.builder import flatten, rescale_output, without_unused_terms
 from pidcfg.conversion.differences import (
-    Compared,
     Difference,
+    LoopDiff,
     Status,
     judge_difference,
     judge_key,
@@ -40,18 +40,18 @@ if TYPE_CHECKING:
 # register is no difference. Differences are ranked by what can go wrong. Two sides of one vendor are compared in
 # their own words (`pidcfg.conversion.comparison`).
 
-EQUAL_SHARE = Decimal("1e-6")
+EQUAL_TOLERANCE = Decimal("1e-6")
 """Relative difference of numbers that count as equal."""
 
 
-def compare_loops(before: NeutralSide, after: NeutralSide) -> list[Compared]:
+def compare_loops(before: NeutralSide, after: NeutralSide) -> list[LoopDiff]:
     """Loop by loop: matched by name, then by their order."""
     rows = []
     for i, j in match_loops(before.names, after.names):
         if j is None and i is not None:
-            rows.append(Compared(before.names[i], "removed"))
+            rows.append(LoopDiff(before.names[i], "removed"))
         elif i is None and j is not None:
-            rows.append(Compared(after.names[j], "added"))
+            rows.append(LoopDiff(after.names[j], "added"))
         elif i is not None and j is not None:
             rows.append(rank_by_risk(after.names[j], _neutral_differences(before, i, after, j)))
     return rows
@@ -95,16 +95,16 @@ def _neutral_differences(before: NeutralSide, i: int, after: NeutralSide, j: int
     return [
         judge_difference(key, one.get(key), two.get(key))
         for key in {**one, **two}
-        if not same_value(one.get(key), two.get(key))
+        if not is_same_value(one.get(key), two.get(key))
     ]
 
 
-def same_value(before: object, after: object) -> bool:
+def is_same_value(before: object, after: object) -> bool:
     """Whether two neutral values count as equal."""
     one, two = number_of(before), number_of(after)
     if one is None or two is None:
         return bool(before == after)
-    return abs(one - two) <= EQUAL_SHARE * max(abs(one), abs(two))
+    return abs(one - two) <= EQUAL_TOLERANCE * max(abs(one), abs(two))
 
 
 # --- One side of a comparison in the neutral form: a configuration as its PLC holds it --------------------------------
@@ -143,7 +143,7 @@ def neutral_side(config: ConfigurationFile, vendor: Vendor, *, partial: bool = F
 
 # --- The neutral fields that the keys of a vendor's loops become: by them a difference is ranked ----------------------
 
-SCALES = ("pv", "output")
+SCALED_SECTIONS = ("pv", "output")
 
 
 def fields_of(
@@ -173,11 +173,11 @@ def neutral_fields(fields: Mapping[str, list[tuple[str, tuple[str, ...]]]], owne
 
 def with_ranges(config: ConfigurationFile, encoding: AnyEncoding) -> Any:
     """A configuration in which a scale without a range counts from end to end, so that it has a neutral form."""
-    scales = {block.place[1]: block.scales for block in encoding.blocks if block.place[:1] == ("loops",)}
+    scales = {block.path[1]: block.scales for block in encoding.blocks if block.path[:1] == ("loops",)}
     loops = []
     for i, loop in enumerate(config.loops):
         ranged_sections: dict[str, BaseModel] = {}
-        for part, scale in ((part, scales.get(i, {}).get(part)) for part in SCALES):
+        for part, scale in ((part, scales.get(i, {}).get(part)) for part in SCALED_SECTIONS):
             if scale is not None and scale.range is None:
                 ends = {"range": (scale.format.minimum, scale.format.maximum)}
                 ranged_sections[part] = getattr(loop, part).model_copy(update=ends)
@@ -196,7 +196,7 @@ D346 = Decision(
     "A name is changed in an afternoon, and the gains with it; a loop of which most differs is another loop.",
 )
 
-ALIKE_SHARE = 0.5
+MIN_LIKENESS = 0.5
 """The share of what is set that must be the same for a loop at the same place to be the same one."""
 
 Pair = tuple["Owner | None", "Owner | None"]
@@ -206,14 +206,14 @@ def pairs_of(before: Sequence[Owner], after: Sequence[Owner]) -> list[Pair]:
     """Owners that belong together, in the order of the second side, what was removed behind the one it followed."""
     by_key = dict(zip(_owner_keys(before), before, strict=True))
     partners = {id(second): by_key[key] for key, second in zip(_owner_keys(after), after, strict=True) if key in by_key}
-    for is_same in (_same_place, _same_content):
+    for is_same in (_has_same_place, _has_same_content):
         _match_renamed(before, after, partners, is_same)
     pairs: list[Pair] = [(partners.get(id(second)), second) for second in after]
     matched = {id(first) for first in partners.values()}
     for i, first in enumerate(before):
         if id(first) not in matched:
-            at = next((k for k, pair in enumerate(pairs) if i and pair[0] is before[i - 1]), -1)
-            pairs.insert(at + 1, (first, None))
+            index = next((k for k, pair in enumerate(pairs) if i and pair[0] is before[i - 1]), -1)
+            pairs.insert(index + 1, (first, None))
     return pairs
 
 
@@ -246,13 +246,13 @@ def _owner_keys(owners: Sequence[Owner]) -> list[tuple[str, str, int]]:
     return keys
 
 
-def _same_place(one: Owner, two: Owner, i: int, j: int) -> bool:
+def _has_same_place(one: Owner, two: Owner, i: int, j: int) -> bool:
     """At the same address, or position, and much alike."""
-    at_place = one.place == two.place if one.place or two.place else i == j
-    return at_place and likeness(one, two) >= ALIKE_SHARE
+    at_place = one.addresses == two.addresses if one.addresses or two.addresses else i == j
+    return at_place and likeness(one, two) >= MIN_LIKENESS
 
 
-def _same_content(one: Owner, two: Owner, i: int, j: int) -> bool:
+def _has_same_content(one: Owner, two: Owner, i: int, j: int) -> bool:
     del i, j
     return likeness(one, two) == 1
 
@@ -272,12 +272,12 @@ def _item_content(owner: Owner, key: str) -> object:
 def _is_set(owner: Owner, key: str) -> bool:
     """Whether a setting that is not about the place is something other than nothing."""
     item = owner.items.get(key)
-    return item is not None and item.kind == "setting" and bool(item.content) and not is_place(item.value, owner)
+    return item is not None and item.kind == "setting" and bool(item.content) and not is_address(item.value, owner)
 
 
-def is_place(value: object, owner: Owner) -> bool:
+def is_address(value: object, owner: Owner) -> bool:
     """Whether a value is where the registers of a loop begin."""
-    return isinstance(value, str) and value in owner.place.split()
+    return isinstance(value, str) and value in owner.addresses.split()
 
 
 def moved_loops(pairs: Sequence[Pair]) -> Iterator[tuple[Owner, tuple[str, str]]]:
@@ -285,42 +285,42 @@ def moved_loops(pairs: Sequence[Pair]) -> Iterator[tuple[Owner, tuple[str, str]]
 
     That is where its registers begin; where a vendor gives loops no addresses, its number, if its order has changed.
     """
-    both = [(one, two) for one, two in pairs if one is not None and two is not None and two.kind == "loop"]
-    for one, two in both:
-        if one.place != two.place:
-            yield two, (one.place, two.place)
-    without_place = [(one, two) for one, two in both if not (one.place or two.place)]
-    numbers = [one.number for one, _ in without_place]
-    in_order = _longest_rise(numbers)
-    for i, (one, two) in enumerate(without_place):
-        if i not in in_order:
+    loop_pairs = [(one, two) for one, two in pairs if one is not None and two is not None and two.kind == "loop"]
+    for one, two in loop_pairs:
+        if one.addresses != two.addresses:
+            yield two, (one.addresses, two.addresses)
+    unplaced = [(one, two) for one, two in loop_pairs if not (one.addresses or two.addresses)]
+    numbers = [one.number for one, _ in unplaced]
+    ordered = _longest_increasing(numbers)
+    for i, (one, two) in enumerate(unplaced):
+        if i not in ordered:
             yield two, (f"loop {one.number}", f"loop {two.number}")
 
 
-def _longest_rise(numbers: Sequence[int]) -> frozenset[int]:
+def _longest_increasing(numbers: Sequence[int]) -> frozenset[int]:
     """The places of as many numbers as possible of which each is larger than the one before."""
-    rises: list[tuple[int, ...]] = [()]
+    runs: list[tuple[int, ...]] = [()]
     for i, number in enumerate(numbers):
-        below = [rise for rise in rises if not rise or numbers[rise[-1]] < number]
-        rises.append((*max(below, key=len), i))
-    longest = max(rises, key=len)
+        candidates = [run for run in runs if not run or numbers[run[-1]] < number]
+        runs.append((*max(candidates, key=len), i))
+    longest = max(runs, key=len)
     return frozenset(longest)
 
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Two sides of one vendor compared key by key: the file's numbers, their units, and the words with their addresses.
 
-Fate = Literal["same", "missing", "live", "operated", "differs"]
+Verdict = Literal["same", "missing", "live", "operated", "differs"]
 """What becomes of a key: a listing does not hold it, the PLC or the process writes it, the operator does, …"""
-SOURCE = "setpoint.source"
-ALARMS, OFF = "alarms.", "the alarm is off on both sides"
+SOURCE_KEY = "setpoint.source"
+ALARM_PREFIX, ALARM_OFF_NOTE = "alarms.", "the alarm is off on both sides"
 
 
 @dataclass(slots=True)
 class _LoopDifferences:
     """What was found of a loop."""
 
-    differs: list[Difference] = field(default_factory=list)
+    differences: list[Difference] = field(default_factory=list)
     operated: list[Difference] = field(default_factory=list)
     live: list[str] = field(default_factory=list)
     missing: list[str] = field(default_factory=list)
@@ -329,44 +329,44 @@ class _LoopDifferences:
 class Comparison:
     """How two sides are compared.
 
-    ``fields``: the neutral fields that a key of a loop becomes, by which it is ranked; ``live``: whether words that the
+    ``find_fields``: the neutral fields that a key becomes, by which it is ranked; ``live``: whether words that the
     PLC or the process writes count against a listing.
     """
 
     def __init__(
-        self, before: Terms, after: Terms, fields: Callable[[str, str], Sequence[str]], *, live: bool = False
+        self, before: Terms, after: Terms, find_fields: Callable[[str, str], Sequence[str]], *, live: bool = False
     ) -> None:
-        self.before, self.after, self.fields, self.live = before, after, fields, live
-        self.listings = (before.is_listing, after.is_listing)
+        self.before, self.after, self.find_fields, self.live = before, after, find_fields, live
+        self.are_listings = (before.is_listing, after.is_listing)
 
-    def rows(self) -> list[Compared]:
+    def rows(self) -> list[LoopDiff]:
         """Every loop; blocks, and at the end the rest of the file, only where there is something to tell of them."""
         pairs = pairs_of(self.before.owners, self.after.owners)
-        places = {id(two): place for two, place in moved_loops(pairs)}
+        moves = {id(two): place for two, place in moved_loops(pairs)}
         names = {one.name: two.name for one, two in pairs if one and two and one.name != two.name}
-        rows: list[Compared] = []
-        file_rows: list[Compared] = []
+        rows: list[LoopDiff] = []
+        file_rows: list[LoopDiff] = []
         for one, two in pairs:
-            row, kinds = self._compare_owners((one, two), names, places), {owner.kind for owner in (one, two) if owner}
+            row, kinds = self._compare_owners((one, two), names, moves), {owner.kind for owner in (one, two) if owner}
             if "loop" in kinds or not _is_silent(row):
                 (file_rows if "file" in kinds else rows).append(row)
         return rows + file_rows
 
-    def _compare_owners(self, pair: Pair, names: Mapping[str, str], places: Mapping[int, tuple[str, str]]) -> Compared:
+    def _compare_owners(self, pair: Pair, names: Mapping[str, str], places: Mapping[int, tuple[str, str]]) -> LoopDiff:
         one, two = pair
         if SIGNALS in {owner.kind for owner in pair if owner}:
             one, two = one or Owner(SIGNALS, SIGNALS), two or Owner(SIGNALS, SIGNALS)
         if one is None:
-            return Compared(two.name if two else "", "added")
+            return LoopDiff(two.name if two else "", "added")
         if two is None:
-            return Compared(one.name, "removed")
+            return LoopDiff(one.name, "removed")
         rows = self._compare_keys(one, two, names)
         place, is_renamed = places.get(id(two)), one.name != two.name
-        status: Status = "renamed" if is_renamed else "moved" if place else "changed" if rows.differs else "same"
-        return Compared(
+        status: Status = "renamed" if is_renamed else "moved" if place else "changed" if rows.differences else "same"
+        return LoopDiff(
             two.name,
             status,
-            sort_by_risk(_without_repeats(rows.differs)),
+            sort_by_risk(_without_repeats(rows.differences)),
             one.name if is_renamed else "",
             place,
             sort_by_risk(rows.operated),
@@ -388,43 +388,43 @@ class Comparison:
             elif verdict != "same":
                 difference = self._make_difference(two.name, a or Item(key), b or Item(key))
                 if _is_off(key, one) and _is_off(key, two):
-                    difference = replace(difference, risk="low", note=OFF)
-                (rows.operated if verdict == "operated" else rows.differs).append(difference)
+                    difference = replace(difference, risk="low", note=ALARM_OFF_NOTE)
+                (rows.operated if verdict == "operated" else rows.differences).append(difference)
         return rows
 
-    def _judge_key(self, owners: tuple[Owner, Owner], a: Item | None, b: Item | None) -> Fate:
+    def _judge_key(self, owners: tuple[Owner, Owner], a: Item | None, b: Item | None) -> Verdict:
         """What becomes of a key."""
         items = [item for item in (a, b) if item is not None]
         if any(item.fault for item in items):
             is_same = len(items) == len(owners) and items[0].content == items[1].content
             return "same" if is_same else self._judge_listing_difference(items)
         if not all(item.is_known for item in items):
-            held = any(item.is_known and item.kind != "live" and item.content for item in items)
-            return "missing" if held else "same"
+            is_held = any(item.is_known and item.kind != "live" and item.content for item in items)
+            return "missing" if is_held else "same"
         if len(items) < len(owners):
             side = 0 if a is None else 1
-            fate = self._judge_one_sided(owners[side], side, items[0])
+            verdict = self._judge_one_sided(owners[side], side, items[0])
         else:
-            fate = "same" if items[0].content == items[1].content else "differs"
-        return self._judge_listing_difference(items) if fate == "differs" else fate
+            verdict = "same" if items[0].content == items[1].content else "differs"
+        return self._judge_listing_difference(items) if verdict == "differs" else verdict
 
-    def _judge_one_sided(self, owner: Owner, side: int, item: Item) -> Fate:
+    def _judge_one_sided(self, owner: Owner, side: int, item: Item) -> Verdict:
         """What becomes of a key that ``owner``, the loop of one side, lacks."""
         if item.is_default or (item.is_optional and item.value is None):
             return "same"
-        if not self.listings[side]:
-            return "same" if item.is_optional and any(self.listings) else "differs"
+        if not self.are_listings[side]:
+            return "same" if item.is_optional and any(self.are_listings) else "differs"
         if item.file_only or not (item.address or owner.is_described):
             return "same"
-        is_held_in = (self.before, self.after)[side].has_address
-        return "missing" if item.is_optional and not is_held_in(item.address) else "differs"
+        has_address = (self.before, self.after)[side].has_address
+        return "missing" if item.is_optional and not has_address(item.address) else "differs"
 
-    def _judge_listing_difference(self, items: Sequence[Item]) -> Fate:
+    def _judge_listing_difference(self, items: Sequence[Item]) -> Verdict:
         """What becomes of a key that differs: against a listing much does that nobody has edited."""
         kinds = {item.kind for item in items}
         if "reserved" in kinds:
-            return "differs" if all(self.listings) else "same"
-        if self.live or not any(self.listings):
+            return "differs" if all(self.are_listings) else "same"
+        if self.live or not any(self.are_listings):
             return "differs"
         if "live" in kinds or ("operated" in kinds and len(items) == 1):
             return "live"
@@ -435,13 +435,13 @@ class Comparison:
         key = two.key if two.address or not one.address else one.key
         unit, before, after = _in_one_unit(one, two)
         is_scaled = {type(before), type(after)} == {str} != {type(one.value), type(two.value)}
-        neutral, risk, note = judge_key(key, self.fields(loop, key), before, after, is_scaled=is_scaled)
-        by, kinds = one.writer or two.writer, {one.kind, two.kind}
+        neutral, risk, note = judge_key(key, self.find_fields(loop, key), before, after, is_scaled=is_scaled)
+        writer, kinds = one.writer or two.writer, {one.kind, two.kind}
         if fault := one.fault or two.fault:
             note = f"no value: {fault.rpartition(': ')[2]}"
-        elif by and any(self.listings) and (self.live or "operated" not in kinds):
-            written = f"written by {by}" if kinds & {"live", "operated"} else f"written by {by}, too"
-            note = "; ".join(part for part in (note, written) if part)
+        elif writer and any(self.are_listings) and (self.live or "operated" not in kinds):
+            writer_note = f"written by {writer}" if kinds & {"live", "operated"} else f"written by {writer}, too"
+            note = "; ".join(part for part in (note, writer_note) if part)
         address = two.address or one.address
         return Difference(neutral, risk, before, after, note, key, unit, address, one.word, two.word)
 
@@ -455,10 +455,10 @@ def _is_off(key: str, owner: Owner) -> bool:
     """Whether a key is the limit of an alarm whose enable bit is off."""
     bits = (f"{key}_enabled", f"{key.rpartition('.')[0]}.enabled")
     bit = next((owner.items[name] for name in bits if name in owner.items), None)
-    return key.startswith(ALARMS) and key not in bits and bit is not None and bit.is_known and not bit.content
+    return key.startswith(ALARM_PREFIX) and key not in bits and bit is not None and bit.is_known and not bit.content
 
 
-def _is_silent(row: Compared) -> bool:
+def _is_silent(row: LoopDiff) -> bool:
     return row.same and not (row.operated or row.left_out or row.missing)
 
 
@@ -468,7 +468,7 @@ def rename_loops(item: Item | None, names: Mapping[str, str]) -> Item | None:
         return item
     if isinstance(item.content, WireContent):
         return replace(item, content=item.content.rename_blocks(names))
-    return replace(item, content=names.get(item.content, item.content)) if item.key == SOURCE else item
+    return replace(item, content=names.get(item.content, item.content)) if item.key == SOURCE_KEY else item
 
 
 def _in_one_unit(one: Item, two: Item) -> tuple[str, object, object]:

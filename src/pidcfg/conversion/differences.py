@@ -8,7 +8,7 @@ from decimal import Decimal
 from typing import Any, Literal, NamedTuple
 
 from pidcfg.conversion import json_value, number_of
-from pidcfg.conversion.terms import CALCULATED, Subject
+from pidcfg.conversion.terms import CALCULATED_TEXT, Subject
 from pidcfg.conversion.vendor_terms import outputs_of
 from pidcfg.encoders.contract import tables_of
 from pidcfg.encoders.decoding import owner_name
@@ -69,7 +69,7 @@ class State:
 
 
 @frozen
-class Compared:
+class LoopDiff:
     """A loop on both sides, or on one side only."""
 
     loop: str
@@ -94,7 +94,7 @@ class Compared:
         """Whether nothing differs that counts, and the loop runs as it is set up."""
         return self.status == "same"
 
-    def with_states(self, states: tuple[State, ...]) -> Compared:
+    def with_states(self, states: tuple[State, ...]) -> LoopDiff:
         """The same, and what listings say of its state; that is no setting of the operator's beside it."""
         told_keys = {state.key for state in states}
         operated = tuple(d for d in self.operated if d.key not in told_keys)
@@ -102,10 +102,10 @@ class Compared:
         return replace(self, states=states, operated=operated, status=status)
 
 
-def rank_by_risk(loop: str, differences: Iterable[Difference]) -> Compared:
+def rank_by_risk(loop: str, differences: Iterable[Difference]) -> LoopDiff:
     """A loop on both sides, what can go most wrong first."""
     rows = sort_by_risk(differences)
-    return Compared(loop, "changed" if rows else "same", rows)
+    return LoopDiff(loop, "changed" if rows else "same", rows)
 
 
 def sort_by_risk(differences: Iterable[Difference]) -> tuple[Difference, ...]:
@@ -117,7 +117,7 @@ def sort_by_risk(differences: Iterable[Difference]) -> tuple[Difference, ...]:
 
 LARGE_FACTOR = Decimal(2)
 """A gain that grows or falls by more than this factor is another controller."""
-ROUNDING = Decimal("0.001")
+ROUNDING_TOLERANCE = Decimal("0.001")
 """Relative differences below this are what two vendors' registers make of one value."""
 
 # fmt: off
@@ -160,8 +160,8 @@ SIGNAL_WORDS = ("tag", "format", "transfer", "counts", "pwm", "curve")
 """Words of keys that say which signal is read or driven, and what its counts mean."""
 LABEL_KEYS = ("bumpless", "slot", "channel")
 """Words of keys whose numbers are names: half as much of them means nothing."""
-_FORM = "integral and derivative mean something else: times with one, gains with the other"
-FORM_KEYS = {"Indep": _FORM, "PID_EQ": _FORM, "reset_unit": "the word of the reset counts in another unit"}
+_FORM_NOTE = "integral and derivative mean something else: times with one, gains with the other"
+FORM_KEYS = {"Indep": _FORM_NOTE, "PID_EQ": _FORM_NOTE, "reset_unit": "the word of the reset counts in another unit"}
 """Keys by which the same numbers are other terms, and what they change."""
 ACTION_KEYS = ("action", "Direct", "PID_DIR", "output_raises_pv")
 """Keys of the direction of control, whatever the vendor calls it."""
@@ -205,7 +205,7 @@ def _matching_field(name: str, key: str) -> str | None:
 def _key_risk(key: str, before: object, after: object) -> tuple[Risk, str]:
     """How grave a difference of a key is that becomes no neutral field."""
     if key in LOOP_SET_KEYS:
-        is_gone = before == CALCULATED
+        is_gone = before == CALCULATED_TEXT
         return "high", "the PLC no longer runs this loop" if is_gone else LOOP_SET_KEYS[key]
     last = key.rpartition(".")[2]
     if last in {*COSMETIC_FIELDS, "unit"}:
@@ -221,7 +221,7 @@ def judge_difference(field: str, before: object, after: object) -> Difference:
     """The difference of a field, with its risk and what it means."""
     one, two = number_of(before), number_of(after)
     risk, note = _field_risk(field, before, after, one, two)
-    if one is not None and two is not None and one and abs(two / one - 1) <= ROUNDING:
+    if one is not None and two is not None and one and abs(two / one - 1) <= ROUNDING_TOLERANCE:
         risk, note = "cosmetic", "the registers' rounding"
     elif one and two is not None and not note:
         note = _percent_text(one, two)
@@ -287,32 +287,32 @@ class Trouble(NamedTuple):
     """Without bits: these; none given: whatever is not 0."""
 
 
-RUNNING = "an auto-tune is running"
+TUNE_RUNNING = "an auto-tune is running"
 OUTPUT_ERRORS = ("ErrBits.", "Error", "AutoTuneError")
 """Outputs of NextoPID's blocks that tell of an error, and the structure of the error bits."""
 # fmt: off
 TROUBLES: Mapping[str, tuple[Trouble, ...]] = {
     "dl06": (
         Trouble("mode_and_alarm_status", "error", bits=(10, 11, 13)),
-        Trouble("mode_and_alarm_status", "tuning", RUNNING, bits=(12,)),
+        Trouble("mode_and_alarm_status", "tuning", TUNE_RUNNING, bits=(12,)),
         Trouble("ramp_soak_errors", "error", bits=(0, 1, 4)),
         Trouble("error_flags", "error", bits=(0, 1, 2, 3)),
     ),
     "click": (
         Trouble("error_code", "error", "error {content}{meaning}"),
-        Trouble("autotune_request", "tuning", RUNNING),
+        Trouble("autotune_request", "tuning", TUNE_RUNNING),
     ),
     "ezlogix": (
-        Trouble("autotune_status", "tuning", f"{RUNNING}{{meaning}}", contents=(1, 2)),
+        Trouble("autotune_status", "tuning", f"{TUNE_RUNNING}{{meaning}}", contents=(1, 2)),
         Trouble("autotune_status", "error", "autotune error {content}{meaning}", contents=(5, 6, 7, 8, 9, 10)),
     ),
     "dpide": (
         Trouble("PID_RUN", "stopped", "PID_RUN is FALSE{meaning}", contents=(False,)),
-        Trouble("PID_MODE", "tuning", RUNNING, contents=(1,)),
+        Trouble("PID_MODE", "tuning", TUNE_RUNNING, contents=(1,)),
     ),
     "nextopid": (
         *(Trouble(name, "error", "{register} is TRUE{meaning}", contents=(True,)) for name in OUTPUT_ERRORS),
-        Trouble("AutoTune", "tuning", f"AutoTune is TRUE: {RUNNING}, or holds MV at its end", contents=(True,)),
+        Trouble("AutoTune", "tuning", f"AutoTune is TRUE: {TUNE_RUNNING}, or holds MV at its end", contents=(True,)),
     ),
 }
 # fmt: on

@@ -6,13 +6,13 @@ from decimal import Decimal
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
-from pidcfg.conversion import ConvertError, Missing
+from pidcfg.conversion import ConvertError, MissingField
 from pidcfg.conversion.builder import (
     ZERO,
     SameField,
     TargetBuilder,
     apply_table,
-    filter_share,
+    filter_factor,
     gain_limit,
     product,
     quotient,
@@ -21,10 +21,10 @@ from pidcfg.conversion.builder import (
     width,
 )
 from pidcfg.conversion.from_dl06 import (
-    FOLLOWS,
-    NOTHING_LOST,
+    FOLLOWS_PV,
+    HARMLESS_FIELDS,
     OWN_SETTINGS,
-    RAISES,
+    RAISES_PV,
     distance,
     operations,
     position,
@@ -53,7 +53,7 @@ if TYPE_CHECKING:
     from pidcfg.schemas.generic import GenericFile, Loop
     from pidcfg.text.paths import Data
 
-__all__ = ["NOTHING_LOST", "OWN_SETTINGS", "from_neutral", "operations", "to_neutral"]
+__all__ = ["HARMLESS_FIELDS", "OWN_SETTINGS", "from_neutral", "operations", "to_neutral"]
 """What a vendor gives; the way to the neutral form has a module of its own."""
 
 # --- A neutral loop with the scales of the DL06 loop that it becomes --------------------------------------------------
@@ -67,12 +67,12 @@ class Dl06Target:
     neutral: Loop
     plc: Settings
     """Settings of the CPU."""
-    form: str
+    data_format: str
     """Data format of PV and output."""
     scales: dict[str, Scale]
-    fastest: Decimal
+    min_time: Decimal
     """The shortest sample time in s."""
-    sample: Decimal
+    sample_time: Decimal
     """The sample time in s as its word will hold it."""
 
 
@@ -96,10 +96,10 @@ POINT_BEFORE_ROOT = "a DL06 compares the differential pressure with it, not the 
 
 def put_alarms(b: TargetBuilder, t: Dl06Target) -> None:
     """All alarms of a loop."""
-    on = _pv_points(b, t)
+    are_pv_on = _pv_points(b, t)
     yellow = _deviations(b, t)
     _rate_of_change(b, t)
-    _hysteresis(b, t, yellow, on=on or yellow is not None)
+    _hysteresis(b, t, yellow, is_on=are_pv_on or yellow is not None)
 
 
 def _pv_points(b: TargetBuilder, t: Dl06Target) -> bool:
@@ -117,9 +117,9 @@ def _pv_points(b: TargetBuilder, t: Dl06Target) -> bool:
             del counts[key], values[key]
     if not counts:
         return False
-    places = _complete_points(counts, bottom, top)
+    all_counts = _complete_points(counts, bottom, top)
     for low, high in pairwise(PV_POINTS):
-        if places[low] >= places[high]:
+        if all_counts[low] >= all_counts[high]:
             text = " and ".join(
                 f"{key} {decimal_text(given_points[key])}" for key in (low, high) if key in given_points
             )
@@ -128,19 +128,19 @@ def _pv_points(b: TargetBuilder, t: Dl06Target) -> bool:
         if key in values:
             b.put(f"alarms.pv.{key}", values[key], f"alarms.pv.{key}")
         else:
-            note = UNWANTED_INNER_POINT if places[key] in {bottom + 1, top - 1} else UNWANTED_POINT
-            b.put(f"alarms.pv.{key}", f"{places[key]} counts", None, note)
+            note = UNWANTED_INNER_POINT if all_counts[key] in {bottom + 1, top - 1} else UNWANTED_POINT
+            b.put(f"alarms.pv.{key}", f"{all_counts[key]} counts", None, note)
     return True
 
 
 def _complete_points(counts: dict[str, int], bottom: int, top: int) -> dict[str, int]:
     """All four points: those that are given, and the others out of the way (D282)."""
-    places = dict(counts)
-    places.setdefault("low_low", bottom)
-    places.setdefault("low", places["low_low"] + 1)
-    places.setdefault("high_high", top)
-    places.setdefault("high", places["high_high"] - 1)
-    return places
+    all_counts = dict(counts)
+    all_counts.setdefault("low_low", bottom)
+    all_counts.setdefault("low", all_counts["low_low"] + 1)
+    all_counts.setdefault("high_high", top)
+    all_counts.setdefault("high", all_counts["high_high"] - 1)
+    return all_counts
 
 
 def _deviations(b: TargetBuilder, t: Dl06Target) -> int | None:
@@ -174,7 +174,7 @@ def _rate_of_change(b: TargetBuilder, t: Dl06Target) -> None:
     rate, field = t.neutral.alarms.rate_of_change, "alarms.rate_of_change"
     if rate is None:
         return
-    change = product(rate, t.sample)
+    change = product(rate, t.sample_time)
     if t.neutral.pv.square_root:
         b.drop(field, POINT_BEFORE_ROOT)
     elif (counts := round_to_integer(t.scales["pv"].distance(Quantity(change)))) == 0:
@@ -186,14 +186,14 @@ def _rate_of_change(b: TargetBuilder, t: Dl06Target) -> None:
         b.put(field, round_to_ten_digits(change), field, "per sample", exact=change, held=held)
 
 
-def _hysteresis(b: TargetBuilder, t: Dl06Target, yellow: int | None, *, on: bool) -> None:
+def _hysteresis(b: TargetBuilder, t: Dl06Target, yellow: int | None, *, is_on: bool) -> None:
     """At least one count, at most 12.5 % of the span, and less than the yellow deviation."""
     hysteresis, scale, field = t.neutral.alarms.hysteresis, t.scales["pv"], "alarms.hysteresis"
     if t.neutral.pv.square_root:
         if hysteresis:
             b.drop(field, POINT_BEFORE_ROOT)
         return
-    if not on:
+    if not is_on:
         if hysteresis:
             b.put(field, hysteresis, field)
         return
@@ -218,8 +218,8 @@ D281 = Decision(
     "loop of which neither is said gets type II if it has a set point, else type I.",
     "A loop that nobody has given a set point yet stays where it is; type II would drive it towards 0 counts.",
 )
-ACTIONS = {raises: action for action, raises in RAISES.items()}
-TYPES = {follows: kind for kind, follows in FOLLOWS.items()}
+ACTIONS = {raises: action for action, raises in RAISES_PV.items()}
+TRANSFERS = {follows: kind for kind, follows in FOLLOWS_PV.items()}
 DEFAULT_LOOP_TABLE = 0o2000
 DEFAULT_DATA_FORMAT = "12-bit unipolar"
 LONGEST_SAMPLE, SAMPLE_STEP = Decimal("99.99"), Decimal("0.01")
@@ -247,12 +247,12 @@ def from_neutral(
     """The configuration with the exact values, and where each neutral field was put."""
     if len(file.loops) > CPU.loops:
         message = f"the file has {len(file.loops)} loops; a {CPU.title} has {CPU.loops}: divide the file"
-        raise ConvertError([Missing(("loops",), message)])
-    start, form = options.get("loop_table"), options.get("data_format") or DEFAULT_DATA_FORMAT
+        raise ConvertError([MissingField(("loops",), message)])
+    start, data_format = options.get("loop_table"), options.get("data_format") or DEFAULT_DATA_FORMAT
     start = DEFAULT_LOOP_TABLE if start is None else start
     plc: Data = {"loop_table": v_name(start)}
     plc |= {key: options[key] for key in ("reset_decimals", "derivative") if options.get(key) is not None}
-    builders = [_loop(file, i, plc, form) for i in range(len(file.loops))]
+    builders = [_fill_loop(file, i, plc, data_format) for i in range(len(file.loops))]
     if any(field.path == DERIVATIVE_KEY for b in builders for field in b.fields):
         plc.setdefault("derivative", "error")
     if builders:
@@ -260,19 +260,19 @@ def from_neutral(
     return target_file("dl06", file, builders, plc=plc)
 
 
-def _loop(file: GenericFile, index: int, plc: Settings, form: str) -> TargetBuilder:
+def _fill_loop(file: GenericFile, index: int, plc: Settings, data_format: str) -> TargetBuilder:
     loop = file.loops[index]
-    table = make_scales(form, None, (loop.pv.range, loop.output.range), root=loop.pv.square_root)
-    fastest = Decimal(CPU.fast_rate if len(file.loops) <= CPU.fast_loops else CPU.slow_rate)
-    sample = min(max(loop.sample_time, fastest), LONGEST_SAMPLE).quantize(SAMPLE_STEP)
+    scales = make_scales(data_format, None, (loop.pv.range, loop.output.range), root=loop.pv.square_root)
+    min_time = Decimal(CPU.fast_rate if len(file.loops) <= CPU.fast_loops else CPU.slow_rate)
+    sample = min(max(loop.sample_time, min_time), LONGEST_SAMPLE).quantize(SAMPLE_STEP)
     b = TargetBuilder(index)
-    apply_table(b, loop, Dl06Target(file, loop, plc, form, table, fastest, sample), FIELDS)
+    apply_table(b, loop, Dl06Target(file, loop, plc, data_format, scales, min_time, sample), FIELDS)
     return b
 
 
 def _mode(b: TargetBuilder, t: Dl06Target) -> None:
     """The mode, and where the set point comes from."""
-    loop, obstacle = t.neutral, _obstacle(t.file, t.neutral)
+    loop, obstacle = t.neutral, _cascade_obstacle(t.file, t.neutral)
     if loop.mode == "cascade" and (obstacle or loop.setpoint.source is None):
         b.put("mode", "auto", "mode", "cascade needs a loop that gives the set point", clamped=True)
     else:
@@ -283,7 +283,7 @@ def _mode(b: TargetBuilder, t: Dl06Target) -> None:
         b.put("cascade_from", loop.setpoint.source, "setpoint.source")
 
 
-def _obstacle(file: GenericFile, loop: Loop) -> str:
+def _cascade_obstacle(file: GenericFile, loop: Loop) -> str:
     """Why a loop cannot have its set point from another as a DL06 does it: count for count; empty: it can."""
     source = loop.setpoint.source
     major = next((other for other in file.loops if other.name == source and other is not loop), None)
@@ -303,8 +303,10 @@ def _obstacle(file: GenericFile, loop: Loop) -> str:
 
 def _sample_rate(b: TargetBuilder, t: Dl06Target) -> None:
     wanted = t.neutral.sample_time
-    time = min(max(wanted, t.fastest), LONGEST_SAMPLE)
-    note = "" if time == wanted else f"{len(t.file.loops)} loops are calculated every {t.fastest} to {LONGEST_SAMPLE} s"
+    time = min(max(wanted, t.min_time), LONGEST_SAMPLE)
+    note = (
+        "" if time == wanted else f"{len(t.file.loops)} loops are calculated every {t.min_time} to {LONGEST_SAMPLE} s"
+    )
     b.put("sample_rate", time, "sample_time", note, clamped=bool(note))
 
 
@@ -312,10 +314,10 @@ def _bumpless(b: TargetBuilder, t: Dl06Target) -> None:
     """Type I sets the set point to the PV; where nothing is said it stays, if there is one (D281)."""
     setpoint = t.neutral.setpoint
     if setpoint.follows_pv is not None:
-        b.put("bumpless", TYPES[setpoint.follows_pv], "setpoint.follows_pv")
+        b.put("bumpless", TRANSFERS[setpoint.follows_pv], "setpoint.follows_pv")
         return
     keeps = setpoint.value is not None or setpoint.source is not None
-    b.put("bumpless", TYPES[not keeps], None, "the set point stays" if keeps else "Auto begins with the present PV")
+    b.put("bumpless", TRANSFERS[not keeps], None, "the set point stays" if keeps else "Auto begins with the present PV")
 
 
 def _anti_windup(b: TargetBuilder, t: Dl06Target) -> None:
@@ -324,13 +326,13 @@ def _anti_windup(b: TargetBuilder, t: Dl06Target) -> None:
     b.put("bias_freeze", loop.anti_windup, "anti_windup", FREEZE_NOTE if loop.anti_windup and narrow else "")
 
 
-def gain_share(loop: Loop) -> Decimal:
+def normalized_gain(loop: Loop) -> Decimal:
     """The gain as a share of the output's span for a share of the PV's."""
     return quotient(product(loop.tuning.gain, width(loop.pv.range)), width(loop.output.range))
 
 
 def _tuning(b: TargetBuilder, t: Dl06Target) -> None:
-    tuning, gain = t.neutral.tuning, gain_share(t.neutral)
+    tuning, gain = t.neutral.tuning, normalized_gain(t.neutral)
     time = tuning.integral_time
     if tuning.proportional:
         b.put("tuning.gain", round_to_ten_digits(gain), "tuning.gain")
@@ -359,7 +361,7 @@ def _reset(b: TargetBuilder, time: Decimal, decimals: int) -> None:
 
 def _derivative(b: TargetBuilder, t: Dl06Target) -> None:
     """Rate and derivative gain limit N, whose filter has the time constant Td/N."""
-    tuning, gain, acts_on = t.neutral.tuning, gain_share(t.neutral), t.plc.get("derivative", "error")
+    tuning, gain, acts_on = t.neutral.tuning, normalized_gain(t.neutral), t.plc.get("derivative", "error")
     rate = tuning.derivative_time if tuning.proportional else product(tuning.derivative_time, gain)
     if not rate or not gain:
         b.put("tuning.rate", ZERO, "tuning.derivative_time", GAIN_ZERO_NOTE if tuning.derivative_time else "")
@@ -390,31 +392,31 @@ def _derivative_filter(b: TargetBuilder, constant: Decimal, rate: Decimal) -> No
 
 
 def _format(b: TargetBuilder, t: Dl06Target) -> None:
-    b.put("pv.format", t.form, None, "the data format of the analog module; the output has it too")
+    b.put("pv.format", t.data_format, None, "the data format of the analog module; the output has it too")
 
 
 def _pv_filter(b: TargetBuilder, t: Dl06Target) -> None:
     if t.neutral.pv.filter:
-        k = filter_share(t.neutral.pv.filter, t.sample)
+        k = filter_factor(t.neutral.pv.filter, t.sample_time)
         note = "" if k >= SMALLEST_FILTER else f"the strongest filter is {SMALLEST_FILTER} a sample"
         b.put("pv.filter", round_to_ten_digits(max(k, SMALLEST_FILTER)), "pv.filter", note, clamped=bool(note))
 
 
 def _bias(b: TargetBuilder, t: Dl06Target) -> None:
-    resting = position(t.scales["output"], Quantity(ZERO, counts=True))
-    output, integral = t.neutral.output, b.data["tuning"]["reset"] != "off"
+    zero_output = position(t.scales["output"], Quantity(ZERO, counts=True))
+    output, has_integral = t.neutral.output, b.data["tuning"]["reset"] != "off"
     bias, manual = output.bias, output.manual
-    if bias != (ZERO if integral else resting):
+    if bias != (ZERO if has_integral else zero_output):
         b.put("state.bias", bias, "output.bias", BIAS_NOTE, assumed=True)
-        if not integral and manual is None:
+        if not has_integral and manual is None:
             b.put("state.output", bias, None, "a change to Auto sets the bias to the output, which begins there")
-    elif not integral and manual not in {None, bias} and is_given(t.neutral, ("output", "bias")):
+    elif not has_integral and manual not in {None, bias} and is_given(t.neutral, ("output", "bias")):
         b.put("state.bias", bias, "output.bias", BIAS_NOTE, assumed=True)
-    elif not integral:
+    elif not has_integral:
         b.mark("state.bias", "output.bias", "0 counts, as the output begins")
 
 
-def _without_place(b: TargetBuilder, t: Dl06Target) -> None:
+def _drop_unmatched(b: TargetBuilder, t: Dl06Target) -> None:
     """What the program does in place of the loop."""
     output = t.neutral.output
     if output.max_rate is not None:
@@ -445,6 +447,6 @@ FIELDS: Table[TargetBuilder, Dl06Target] = (
     _bias,
     SameField("deadband", "error.deadband", skip_falsy=True),
     put_alarms,
-    _without_place,
+    _drop_unmatched,
 )
 """Every field in the order of the file."""

@@ -13,10 +13,10 @@ from pidcfg.conversion.builder import (
     SameField,
     TargetBuilder,
     apply_table,
-    drop_unmatched,
     same_fields,
     target_file,
     to_dependent,
+    unmatched_fields,
 )
 from pidcfg.conversion.operation import Deadband, Manual, Operation, VendorSettings, Windup
 from pidcfg.encoders.codecs import round_to_integer
@@ -53,12 +53,12 @@ D1090 = Decision(
     "their SV, and no MV in it, get a set point each, and all but the first lose the device that they share.",
     "Both are one register, in the units of the PV (D258, D266), and there is no switch between two set points.",
 )
-BACK_CALCULATED = 2
+BACK_CALCULATED_MODE = 2
 """PID_MODE that works the integral out of the limited MV."""
-MS = 1000
-DEAD_BAND = "inside the band DPIDE counts the error as 0 only after PV has crossed SV"
-ALWAYS_ANTI_WINDUP = "DPIDE always holds its integral at the limits of MV"
-BELOW_ZERO = "what is below 0 counts as 0"
+MS_PER_SECOND = 1000
+DEAD_BAND_NOTE = "inside the band DPIDE counts the error as 0 only after PV has crossed SV"
+ANTI_WINDUP_NOTE = "DPIDE always holds its integral at the limits of MV"
+BELOW_ZERO_NOTE = "what is below 0 counts as 0"
 CALL_KEYS = {
     "call.EN": "the program decides when this instruction is executed: do so there, too",
     "call.function_block": "how this PLC's program is divided; the calculation is the same",
@@ -67,13 +67,13 @@ CALL_KEYS = {
     "call.GPWM.output": "the bit of the pulses; let the output be pulsed there",
 }
 """What stands around the instruction, and what to do about it elsewhere."""
-START_AUTOTUNE = "start the auto-tuning as the target does it"
-DRIVEN = {
+AUTOTUNE_ADVICE = "start the auto-tuning as the target does it"
+DRIVEN_ADVICE = {
     "BIAS": "a feed-forward, to be added to the output in the program",
     "MOUT": "write it to the output in manual in the program",
 }
 """What to do in place of an operand that is the MV of another loop."""
-NOTHING_LOST = {
+HARMLESS_FIELDS = {
     "PV": "the process's",
     "device": "a place, which means nothing elsewhere",
     "devices": "places in this PLC, which mean nothing elsewhere",
@@ -103,13 +103,13 @@ def to_neutral(config: DpideFile) -> list[NeutralLoop]:
         if not b.loop.missing:
             driven = {key: drivers[place] for key, place in loop.devices.by_operand().items() if place in drivers}
             others = {key: other for key, other in driven.items() if key != "MV" and other is not loop}
-            first = set_points.setdefault(loop.devices.SV, loop) if loop.devices.SV is not None else loop
-            apply_table(b, loop, Instruction(loop, config.plc.interrupt_task, others, first), NEUTRAL_FIELDS)
+            owner = set_points.setdefault(loop.devices.SV, loop) if loop.devices.SV is not None else loop
+            apply_table(b, loop, Instruction(loop, config.plc.interrupt_task, others, owner), NEUTRAL_FIELDS)
         loops.append(b.loop)
-    return masters_on_inner_scales(loops)
+    return rescale_masters(loops)
 
 
-def masters_on_inner_scales(loops: list[NeutralLoop]) -> list[NeutralLoop]:
+def rescale_masters(loops: list[NeutralLoop]) -> list[NeutralLoop]:
     """The loops, each source of a set point with the PV's range that it commands for its output's (D1090)."""
     by_name = {loop.data.get("name"): loop for loop in loops}
     for inner in loops:
@@ -130,26 +130,26 @@ class Instruction(NamedTuple):
     loop: SourceLoop
     interval: int | None
     """Of the interrupt task, in ms; None: it is called in every scan."""
-    driven: Mapping[str, SourceLoop]
+    drivers: Mapping[str, SourceLoop]
     """Operands in the device of another loop's MV, with that loop."""
-    first: SourceLoop
+    setpoint_owner: SourceLoop
     """The first loop whose SV is in the same device, or this one."""
 
 
 def _neutral_setpoint(b: NeutralBuilder, d: Instruction) -> None:
     b.put("SV", d.loop.SV, "setpoint.value", d.loop.SV)
-    outer = d.driven.get("SV")
+    outer = d.drivers.get("SV")
     if outer is not None:
         note = f"MV of {outer.name} stands there: a cascade"
         b.put("devices.SV", d.loop.devices.SV, "setpoint.source", outer.name, note)
-    elif d.first is not d.loop:
-        note = f"SV of {d.first.name} is there, too: whoever writes one of the two set points must write both"
+    elif d.setpoint_owner is not d.loop:
+        note = f"SV of {d.setpoint_owner.name} is there, too: whoever writes one of the two set points must write both"
         b.drop("devices.SV", d.loop.devices.SV, note)
 
 
 def _mode(b: NeutralBuilder, d: Instruction) -> None:
     loop = d.loop
-    control = "cascade" if "SV" in d.driven else "auto"
+    control = "cascade" if "SV" in d.drivers else "auto"
     b.put("PID_MAN", loop.PID_MAN, "mode", "manual" if loop.PID_MAN or not loop.PID_RUN else control)
     b.mark("PID_RUN", loop.PID_RUN, "mode", note="" if loop.PID_RUN else "off: it goes over in manual, with output 0")
 
@@ -158,47 +158,47 @@ def _anti_windup(b: NeutralBuilder, d: Instruction) -> None:
     mode = d.loop.PID_MODE
     b.set("anti_windup", value=True)
     if mode == 1:
-        b.drop("PID_MODE", 1, START_AUTOTUNE)
+        b.drop("PID_MODE", 1, AUTOTUNE_ADVICE)
     else:
-        b.mark("PID_MODE", mode, "anti_windup", note=ALWAYS_ANTI_WINDUP, assumed=mode != BACK_CALCULATED)
+        b.mark("PID_MODE", mode, "anti_windup", note=ANTI_WINDUP_NOTE, assumed=mode != BACK_CALCULATED_MODE)
 
 
 def _neutral_deadband(b: NeutralBuilder, d: Instruction) -> None:
     band = d.loop.ERR_DBW
     b.set("deadband", abs(band))
     if band:
-        b.mark("ERR_DBW", band, "deadband", note=DEAD_BAND)
+        b.mark("ERR_DBW", band, "deadband", note=DEAD_BAND_NOTE)
 
 
 def _neutral_cycle(b: NeutralBuilder, d: Instruction) -> None:
     cycle, note = min(max(d.loop.CYCLE, MIN_CYCLE), MAX_CYCLE), ""
     if d.interval is not None:
         cycle, note = d.interval, f"the interrupt task's interval of {d.interval} ms counts"
-    b.put("CYCLE", d.loop.CYCLE, "sample_time", Decimal(cycle) / MS, note)
+    b.put("CYCLE", d.loop.CYCLE, "sample_time", Decimal(cycle) / MS_PER_SECOND, note)
 
 
 def _neutral_equation(b: NeutralBuilder, d: Instruction) -> None:
     loop = d.loop
     gain, integral, derivative = (max(value, ZERO) for value in (loop.Kc_Kp, loop.Ti_Ki, loop.Td_Kd))
-    acts = True
+    proportional = True
     if not loop.PID_EQ:
-        gain, integral, derivative, acts = to_dependent(gain, integral, derivative)
+        gain, integral, derivative, proportional = to_dependent(gain, integral, derivative)
     b.set("tuning.gain", gain)
-    b.set("tuning.proportional", acts)
-    b.mark("Kc_Kp", loop.Kc_Kp, "tuning.gain", "tuning.proportional", note=_below_zero(loop.Kc_Kp))
-    b.put("Ti_Ki", loop.Ti_Ki, "tuning.integral_time", integral, _below_zero(loop.Ti_Ki))
-    b.put("Td_Kd", loop.Td_Kd, "tuning.derivative_time", derivative, _below_zero(loop.Td_Kd))
+    b.set("tuning.proportional", proportional)
+    b.mark("Kc_Kp", loop.Kc_Kp, "tuning.gain", "tuning.proportional", note=_below_zero_note(loop.Kc_Kp))
+    b.put("Ti_Ki", loop.Ti_Ki, "tuning.integral_time", integral, _below_zero_note(loop.Ti_Ki))
+    b.put("Td_Kd", loop.Td_Kd, "tuning.derivative_time", derivative, _below_zero_note(loop.Td_Kd))
     b.mark("PID_EQ", loop.PID_EQ, "tuning.gain")
     b.set("tuning.derivative_on", "pv" if loop.PID_DE else "error")
     if loop.Td_Kd > 0:
         b.mark("PID_DE", loop.PID_DE, "tuning.derivative_on")
     b.set("tuning.derivative_filter", max(loop.Tf, ZERO))
     if loop.Tf:
-        b.mark("Tf", loop.Tf, "tuning.derivative_filter", note=_below_zero(loop.Tf))
+        b.mark("Tf", loop.Tf, "tuning.derivative_filter", note=_below_zero_note(loop.Tf))
 
 
-def _below_zero(value: Decimal) -> str:
-    return BELOW_ZERO if value < 0 else ""
+def _below_zero_note(value: Decimal) -> str:
+    return BELOW_ZERO_NOTE if value < 0 else ""
 
 
 def _output(b: NeutralBuilder, d: Instruction) -> None:
@@ -219,12 +219,12 @@ def _output(b: NeutralBuilder, d: Instruction) -> None:
     if loop.output.range is None:
         note = "no output.range is given: MV_MIN and MV_MAX are taken for 0 % and 100 %"
         b.put("output.range", None, "output.range", [low, high], note, assumed=True)
-    for operand, instead in DRIVEN.items():
-        if operand in d.driven:
-            outer = d.driven[operand].name
+    for operand, instead in DRIVEN_ADVICE.items():
+        if operand in d.drivers:
+            outer = d.drivers[operand].name
             b.drop(f"devices.{operand}", getattr(loop.devices, operand), f"MV of {outer} stands there: {instead}")
-    b.set("output.bias", ZERO if "BIAS" in d.driven else loop.BIAS)
-    if loop.BIAS and "BIAS" not in d.driven:
+    b.set("output.bias", ZERO if "BIAS" in d.drivers else loop.BIAS)
+    if loop.BIAS and "BIAS" not in d.drivers:
         b.mark("BIAS", loop.BIAS, "output.bias")
 
 
@@ -261,7 +261,7 @@ def operations(config: DpideFile) -> list[Operation]:
     return [
         Operation(
             manual=Manual.STAYS if loop.MOUT_AUTO or _is_one_device(loop) else Manual.JUMPS,
-            windup=Windup.WORKED_OUT if loop.PID_MODE == BACK_CALCULATED else Windup.HELD_BEYOND,
+            windup=Windup.WORKED_OUT if loop.PID_MODE == BACK_CALCULATED_MODE else Windup.HELD_BEYOND,
             deadband=Deadband.CROSSED,
         )
         for loop in config.loops
@@ -294,7 +294,7 @@ D298 = Decision(
 BLOCK_SIZE = 30
 """Registers of an I_MV block."""
 COMPARE_IN_PROGRAM, USE_GPWM = "compare PV in the program", "use GPWM behind the instruction"
-BY_PROGRAM = {
+PROGRAM_ADVICE = {
     "setpoint.limits.0": "limit SV in the program",
     "setpoint.limits.1": "limit SV in the program",
     "setpoint.follows_pv": "copy PV into SV in the program while PID_MAN is on",
@@ -314,22 +314,22 @@ def from_neutral(file: GenericFile, options: Settings, operations: Sequence[Oper
     for i, loop in enumerate(file.loops):
         b = TargetBuilder(i, {"name": loop.name} | without_none({"description": loop.description}))
         apply_table(b, loop, loop, DPIDE_FIELDS)
-        _to_manual(b, operations[i].manual if operations else Manual.STAYS)
+        _manual_transfer(b, operations[i].manual if operations else Manual.STAYS)
         if operations and operations[i].windup is Windup.HELD_BEYOND:  # a DPIDE in mode 0, or one that tunes
             b.data["PID_MODE"] = 0
         note = "" if i < len(devices) else "chosen; --device names another"
         b.put("device", devices[i] if i < len(devices) else f"D{i * BLOCK_SIZE}", None, note)
         builders.append(b)
-    _cascades(builders, file.loops)
+    _link_cascades(builders, file.loops)
     for b in builders:
         b.data = {key: b.data[key] for key in SourceLoop.model_fields if key in b.data}
     return target_file("dpide", file, builders)
 
 
-def _cascades(builders: Sequence[TargetBuilder], loops: Sequence[Loop]) -> None:
+def _link_cascades(builders: Sequence[TargetBuilder], loops: Sequence[Loop]) -> None:
     """Set points that are another loop's output: one device for its MV and their SV (D1090)."""
     numbers = {loop.name: i for i, loop in enumerate(loops)}
-    places = _free_registers([int(b.data["device"][1:]) for b in builders])
+    free_registers = _free_registers([int(b.data["device"][1:]) for b in builders])
     for i, (b, loop) in enumerate(zip(builders, loops, strict=True)):
         source, in_cascade = loop.setpoint.source, loop.mode == "cascade"
         outer = numbers.get(source) if source is not None else None
@@ -343,28 +343,28 @@ def _cascades(builders: Sequence[TargetBuilder], loops: Sequence[Loop]) -> None:
             continue
         master = builders[outer]
         if "devices" not in master.data or "MV" not in master.data["devices"]:
-            master.put("devices.MV", next(places), None, f"chosen: SV of {loop.name} stands there, too")
+            master.put("devices.MV", next(free_registers), None, f"chosen: SV of {loop.name} stands there, too")
         b.put("devices.SV", master.data["devices"]["MV"], "setpoint.source", f"MV of {source} stands there: a cascade")
 
 
 def _free_registers(blocks: Sequence[int]) -> Iterator[str]:
     """Pairs of D registers behind the last block of I_MV, then in front of and between them."""
-    taken = {register for block in blocks for register in range(block, block + BLOCK_SIZE)}
-    behind = max(taken) + 1
-    for first in (*range(behind, LAST_REGISTER, 2), *range(0, behind - 1, 2)):
-        if first not in taken and first + 1 not in taken:
+    used_registers = {register for block in blocks for register in range(block, block + BLOCK_SIZE)}
+    end = max(used_registers) + 1
+    for first in (*range(end, LAST_REGISTER, 2), *range(0, end - 1, 2)):
+        if first not in used_registers and first + 1 not in used_registers:
             yield f"D{first}"
 
 
 def _equation(b: TargetBuilder, loop: Loop) -> None:
-    tuning, acts = loop.tuning, loop.tuning.proportional
+    tuning, proportional = loop.tuning, loop.tuning.proportional
     gain, integral, derivative = tuning.gain, tuning.integral_time, tuning.derivative_time
-    form = ""
-    if not acts:
-        form = "in the independent form (PID_EQ FALSE): no proportional action"
+    form_note = ""
+    if not proportional:
+        form_note = "in the independent form (PID_EQ FALSE): no proportional action"
         integral, derivative = gain / integral if integral else ZERO, gain * derivative
-    b.put("Kc_Kp", gain if acts else 0, "tuning.gain")
-    b.put("PID_EQ", acts, "tuning.proportional", form)
+    b.put("Kc_Kp", gain if proportional else 0, "tuning.gain")
+    b.put("PID_EQ", proportional, "tuning.proportional", form_note)
     b.put("Ti_Ki", integral, "tuning.integral_time")
     b.put("Td_Kd", derivative, "tuning.derivative_time")
     b.put("PID_DE", tuning.derivative_on == "pv", "tuning.derivative_on")
@@ -372,7 +372,7 @@ def _equation(b: TargetBuilder, loop: Loop) -> None:
 
 def _cycle(b: TargetBuilder, loop: Loop) -> None:
     """CYCLE in whole ms."""
-    cycle_wanted = loop.sample_time * MS
+    cycle_wanted = loop.sample_time * MS_PER_SECOND
     cycle = min(max(round_to_integer(cycle_wanted), MIN_CYCLE), MAX_CYCLE)
     note = "CYCLE is whole milliseconds" if cycle_wanted != cycle else ""
     clamped = not MIN_CYCLE <= cycle_wanted <= MAX_CYCLE
@@ -393,8 +393,8 @@ def _ranges(b: TargetBuilder, loop: Loop) -> None:
 def _modes(b: TargetBuilder, loop: Loop) -> None:
     """Mode 2, unless the derivative kicks (D296); manual or not."""
     kicks = loop.tuning.derivative_on == "error" and loop.tuning.derivative_time and loop.tuning.proportional
-    windup = "" if loop.anti_windup else ALWAYS_ANTI_WINDUP
-    b.put("PID_MODE", 0 if kicks else BACK_CALCULATED, "anti_windup", windup, assumed=not loop.anti_windup)
+    windup = "" if loop.anti_windup else ANTI_WINDUP_NOTE
+    b.put("PID_MODE", 0 if kicks else BACK_CALCULATED_MODE, "anti_windup", windup, assumed=not loop.anti_windup)
     b.data["PID_MAN"] = loop.mode == "manual"
     if loop.mode != "cascade":
         b.mark("PID_MAN", "mode")
@@ -404,7 +404,7 @@ def _manual(b: TargetBuilder, loop: Loop) -> None:
     b.put("MOUT", loop.output.manual or ZERO, "output.manual")
 
 
-def _to_manual(b: TargetBuilder, source: Manual) -> None:
+def _manual_transfer(b: TargetBuilder, source: Manual) -> None:
     """MOUT follows MV in automatic, unless the source has a manual value of its own."""
     stays = source is Manual.STAYS
     b.put("MOUT_AUTO", stays, None, "the output stays when manual begins" if stays else "MOUT is the output in manual")
@@ -421,13 +421,13 @@ def _setpoint(b: TargetBuilder, loop: Loop) -> None:
 
 def _deadband(b: TargetBuilder, loop: Loop) -> None:
     if loop.deadband:
-        b.put("ERR_DBW", loop.deadband, "deadband", DEAD_BAND)
+        b.put("ERR_DBW", loop.deadband, "deadband", DEAD_BAND_NOTE)
     else:
         b.data["ERR_DBW"] = 0
 
 
-def _without_place(b: TargetBuilder, loop: Loop) -> None:
-    b.drop_all(drop_unmatched(loop, BY_PROGRAM))
+def _drop_unmatched(b: TargetBuilder, loop: Loop) -> None:
+    b.drop_all(unmatched_fields(loop, PROGRAM_ADVICE))
 
 
 DPIDE_FIELDS: Table[TargetBuilder, Loop] = (
@@ -443,6 +443,6 @@ DPIDE_FIELDS: Table[TargetBuilder, Loop] = (
     *same_fields("pv.unit", "output.unit"),
     _setpoint,
     _deadband,
-    _without_place,
+    _drop_unmatched,
 )
 """Every field in the order of the report."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from decimal import ROUND_FLOOR, Decimal
 from typing import TYPE_CHECKING
 
-from pidcfg.conversion import ConvertError, Missing
+from pidcfg.conversion import ConvertError, MissingField
 from pidcfg.conversion.builder import (
     HUNDRED,
     ONE,
@@ -18,14 +18,14 @@ from pidcfg.conversion.builder import (
     apply_table,
     assign_addresses,
     assign_names,
-    drop_unmatched,
-    outputs_in_inner_units,
     product,
     quotient,
     rescale,
+    rescale_outer_loops,
     round_computed,
     same_fields,
     target_file,
+    unmatched_fields,
     width,
 )
 from pidcfg.conversion.operation import (
@@ -40,7 +40,7 @@ from pidcfg.conversion.operation import (
 )
 from pidcfg.encoders.codecs import is_raw, round_to_integer
 from pidcfg.encoders.ezlogix.image import scales_of
-from pidcfg.encoders.maps.ezlogix import BLOCKS, DUTY_FULL, R_BLOCK
+from pidcfg.encoders.maps.ezlogix import BLOCKS, DUTY_COUNTS, R_BLOCK
 from pidcfg.schemas.ezlogix import CV_FULL, DISCRETES, REGISTERS, WORD_MAX, parse_counts
 from pidcfg.schemas.numbers import EXACT_CONTEXT, decimal_text, plain_number
 from pidcfg.text.frozen import frozen
@@ -76,16 +76,16 @@ D290 = Decision(
     "where both scales are 0 to 4095 counts. Without the square root in the loop that follows.",
     "Both are one register, in counts.",
 )
-RAISES = {"reverse": True, "direct": False}
+RAISES_PV = {"reverse": True, "direct": False}
 """Whether the PV rises with the output, by the word for the controller's action: reverse is heating."""
-ACTS_ON = {"position": "error", "velocity": "pv"}
+DERIVATIVE_ON = {"position": "error", "velocity": "pv"}
 """What the derivative acts on, by the algorithm."""
-PER_CENT: Span = (ZERO, HUNDRED)
+PERCENT_RANGE: Span = (ZERO, HUNDRED)
 """The output's range when the file gives none."""
 FULL_COUNTS = Decimal(CV_FULL)
-SETPOINT = R_BLOCK.offset_of("setpoint")
+SP_OFFSET = R_BLOCK.offset_of("setpoint")
 PLACE_REASON = "a place in this PLC, which means nothing elsewhere"
-NOTHING_LOST = {
+HARMLESS_FIELDS = {
     **dict.fromkeys(("registers", "discretes", "pv.tag", "output.tag", "output.pulse.tag"), PLACE_REASON),
     "pv.counts": "values are engineering units",
     "pv.square_root": "off: the PV is taken as it is",
@@ -152,13 +152,13 @@ def to_neutral(config: EzlogixFile) -> list[NeutralLoop]:
             b.require("pv.range", f"add pv.range: [low, high], {ends}")
         else:
             scales = scales_of(loop.pv, loop.output, root=loop.pv.square_root)
-            s = ScaledLoop(loop, scales["sp"], scales["output"], loop.pv.range, loop.output.range or PER_CENT)
+            s = ScaledLoop(loop, scales["sp"], scales["output"], loop.pv.range, loop.output.range or PERCENT_RANGE)
             apply_table(b, loop, s, NEUTRAL_FIELDS)
-        outer = sources.get(f"{REGISTERS.prefix}{loop.registers + SETPOINT}")
+        outer = sources.get(f"{REGISTERS.prefix}{loop.registers + SP_OFFSET}")
         if outer is not None:
             _cascade(b, loop, outer)
         loops.append(b.loop)
-    return outputs_in_inner_units(loops)
+    return rescale_outer_loops(loops)
 
 
 def _cascade(b: NeutralBuilder, loop: SourceLoop, outer: SourceLoop) -> None:
@@ -236,13 +236,13 @@ def _quantity_text(value: Quantity) -> int | float | str:
 
 NEUTRAL_HEAD = (
     *same_fields("name", "description", "mode"),
-    SameField("action", "output_raises_pv", RAISES),
+    SameField("action", "output_raises_pv", RAISES_PV),
     SameField("sample_rate", "sample_time"),
 )
 NEUTRAL_FIELDS: Table[NeutralBuilder, ScaledLoop] = (
     _gain,
     *same_fields("tuning.integral_time", "tuning.derivative_time"),
-    SameField("algorithm", "tuning.derivative_on", ACTS_ON),
+    SameField("algorithm", "tuning.derivative_on", DERIVATIVE_ON),
     *same_fields("pv.range", "pv.unit"),
     SameField("pv.square_root", skip_falsy=True),
     _deadband,
@@ -257,9 +257,9 @@ NEUTRAL_FIELDS: Table[NeutralBuilder, ScaledLoop] = (
 # --- EZLogix loops: the mode is a bit that stays; a change to auto makes the integral of the CV (PID Loop Mode) -------
 
 
-def _pv_counts_options(config: EzlogixFile, source_places: Sequence[int]) -> dict[str, object]:
+def _pv_counts_options(config: EzlogixFile, source_loops: Sequence[int]) -> dict[str, object]:
     """How the PVs are counted."""
-    return {"pv_counts": [config.loops[i].pv.counts or (0, CV_FULL) for i in source_places]}
+    return {"pv_counts": [config.loops[i].pv.counts or (0, CV_FULL) for i in source_loops]}
 
 
 OWN_SETTINGS = VendorSettings(
@@ -321,7 +321,7 @@ D291 = Decision(
     "`pv.counts` of a converted loop is [0, 4095], unless --pv-counts says otherwise; the gain is worked out with it.",
     "No other controller tells how many counts the new input module makes, and the gain is in counts per count.",
 )
-PLACES = ("registers", "discretes", "pv_tag", "cv_tag", "output_tag")
+PLACE_OPTIONS = ("registers", "discretes", "pv_tag", "cv_tag", "output_tag")
 
 
 def _counts(text: str) -> tuple[int, int]:
@@ -329,19 +329,19 @@ def _counts(text: str) -> tuple[int, int]:
     return parse_counts([int(low), int(high)])
 
 
-TENTH = Decimal("0.1")
+PULSE_TIME_STEP = Decimal("0.1")
 """Of a second: the last digit of the pulse's times."""
 BANKS = {"registers": REGISTERS, "discretes": DISCRETES}
-ACTIONS = {raises: action for action, raises in RAISES.items()}
-BY_PROGRAM = {
+ACTIONS = {raises: action for action, raises in RAISES_PV.items()}
+PROGRAM_ADVICE = {
     "setpoint.follows_pv": "copy the PV into the set point in the program while the loop is in Manual",
     "output.max_rate": "limit the change of the output in the program, between the CV and its output",
     "alarms.hysteresis": "switch alarms off in the program when the PV is back by {back}",
 }
 """Neutral fields that a loop does not have, with what to program instead."""
-ERROR = R_BLOCK.offset_of("error")
+ERROR_OFFSET = R_BLOCK.offset_of("error")
 NO_BIAS_NOTE = "without an integral the output is gain x error + offset, and an offset of 0 counts is the low end"
-ALGORITHMS = {what: algorithm for algorithm, what in ACTS_ON.items()}
+ALGORITHMS = {what: algorithm for algorithm, what in DERIVATIVE_ON.items()}
 
 
 @frozen
@@ -380,14 +380,14 @@ def from_neutral(file: GenericFile, options: Settings, operations: Sequence[Oper
         _anti_windup(b, loop, operations[i] if operations else None)
         builders.append(b)
     wired = len(options.get("cv_tag") or ())
-    _cascades(builders, file.loops, [int(start) for start in blocks["registers"]], counts, wired)
+    _link_cascades(builders, file.loops, [int(start) for start in blocks["registers"]], counts, wired)
     return target_file("ezlogix", file, builders, plc=stopped_section(builders, operations))
 
 
 def _pv_counts(pairs: list[tuple[int, int]] | tuple[()], count: int) -> list[tuple[int, int]]:
     """The counts of each loop's PV: one pair for all, or one of each (D291)."""
     if len(pairs) not in {0, 1, count}:
-        raise ConvertError([Missing(("loops",), f"{len(pairs)} ranges of counts for {count} loops")])
+        raise ConvertError([MissingField(("loops",), f"{len(pairs)} ranges of counts for {count} loops")])
     return list(pairs) if len(pairs) == count else [pairs[0] if pairs else (0, CV_FULL)] * count
 
 
@@ -408,8 +408,8 @@ def _algorithm(b: TargetBuilder, e: EzlogixLoop) -> None:
 
 def _tuning(b: TargetBuilder, e: EzlogixLoop) -> None:
     tuning, span = e.neutral.tuning, Decimal(e.counts[1] - e.counts[0])
-    per_share = quotient(product(tuning.gain, width(e.neutral.pv.range)), width(e.neutral.output.range))
-    gain = quotient(product(per_share, FULL_COUNTS), span)
+    normalized_gain = quotient(product(tuning.gain, width(e.neutral.pv.range)), width(e.neutral.output.range))
+    gain = quotient(product(normalized_gain, FULL_COUNTS), span)
     integral, derivative = tuning.integral_time, tuning.derivative_time
     if not gain:
         note = "gain 0 switches the proportional term off only: the times are off as well"
@@ -473,17 +473,17 @@ def _output(b: TargetBuilder, e: EzlogixLoop) -> None:
             b.mark("output.tag", "output.manual", "a loop starts with 0 counts")
     if output.pulse is not None:
         b.put("output.pulse.tag", e.pulse_tag, None, "the discrete output")
-        _least_pulse(b, output.pulse)
+        _min_pulse(b, output.pulse)
 
 
-def _least_pulse(b: TargetBuilder, pulse: Pulse) -> None:
+def _min_pulse(b: TargetBuilder, pulse: Pulse) -> None:
     """The minimum on time; one of the whole cycle becomes the longest pulse, since full output is 4095 / 4096 of it."""
     if not pulse.min_on:
         return
-    longest = product(pulse.period, quotient(FULL_COUNTS, Decimal(DUTY_FULL)))
-    if longest < pulse.min_on.quantize(TENTH) and pulse.min_on <= pulse.period:
-        held = longest.quantize(TENTH, ROUND_FLOOR)
-        note = f"the longest pulse is {CV_FULL}/{DUTY_FULL} of the cycle: it would never switch on"
+    longest = product(pulse.period, quotient(FULL_COUNTS, Decimal(DUTY_COUNTS)))
+    if longest < pulse.min_on.quantize(PULSE_TIME_STEP) and pulse.min_on <= pulse.period:
+        held = longest.quantize(PULSE_TIME_STEP, ROUND_FLOOR)
+        note = f"the longest pulse is {CV_FULL}/{DUTY_COUNTS} of the cycle: it would never switch on"
         b.put("output.pulse.min_on", held, "output.pulse.min_on", note, exact=pulse.min_on, clamped=True)
     else:
         b.put("output.pulse.min_on", pulse.min_on, "output.pulse.min_on")
@@ -502,37 +502,37 @@ def _alarms(b: TargetBuilder, e: EzlogixLoop) -> None:
         if point is not None:
             b.drop(f"alarms.deviation.{key}", _deviation_advice(e, point))
     if alarms.rate_of_change is not None:
-        per_sample = _difference(e, product(alarms.rate_of_change, e.neutral.sample_time))
+        per_sample = _distance_counts(e, product(alarms.rate_of_change, e.neutral.sample_time))
         apart = "" if e.neutral.pv.square_root or not per_sample else f": {per_sample} counts apart"
         b.drop("alarms.rate_of_change", f"compare {e.pv_tag} with what it was a sample before in the program{apart}")
     hysteresis = alarms.hysteresis
-    back = _in_units(e, hysteresis) if e.neutral.pv.square_root else f"{_difference(e, hysteresis)} counts"
-    b.drop_all((path, note.format(back=back)) for path, note in drop_unmatched(e.neutral, BY_PROGRAM))
+    back = _amount_text(e, hysteresis) if e.neutral.pv.square_root else f"{_distance_counts(e, hysteresis)} counts"
+    b.drop_all((path, note.format(back=back)) for path, note in unmatched_fields(e.neutral, PROGRAM_ADVICE))
 
 
 def _point_advice(e: EzlogixLoop, point: Decimal, *, is_high: bool) -> str:
     """What to compare the PV with, unless its register cannot come beyond that."""
-    raw, most = _raw(e.neutral, point, e.counts), WORD_MAX if e.pv_tag.startswith(REGISTERS.prefix) else CV_FULL
-    what = f"{'above' if is_high else 'below'} {raw} counts"
-    if raw >= most if is_high else raw <= 0:
-        return f"{e.pv_tag} is never {what}, so that it never trips: nothing to program"
-    return f"compare {e.pv_tag} in the program: {what}"
+    raw, limit = _raw(e.neutral, point, e.counts), WORD_MAX if e.pv_tag.startswith(REGISTERS.prefix) else CV_FULL
+    text = f"{'above' if is_high else 'below'} {raw} counts"
+    if raw >= limit if is_high else raw <= 0:
+        return f"{e.pv_tag} is never {text}, so that it never trips: nothing to program"
+    return f"compare {e.pv_tag} in the program: {text}"
 
 
 def _deviation_advice(e: EzlogixLoop, point: Decimal) -> str:
     """What to compare the error with; beside a square root the manual does not say in which counts it is kept."""
-    far = _in_units(e, point)
+    text = _amount_text(e, point)
     if e.neutral.pv.square_root:
-        return f"compare set point and PV in the program: {far} apart; the counts of the register Error are not known"
-    counts = f"{_difference(e, point)} counts ({far})"
-    return f"compare the register Error (Base+{ERROR}) in the program: beyond {counts}, above 0 or below"
+        return f"compare set point and PV in the program: {text} apart; the counts of the register Error are not known"
+    counts = f"{_distance_counts(e, point)} counts ({text})"
+    return f"compare the register Error (Base+{ERROR_OFFSET}) in the program: beyond {counts}, above 0 or below"
 
 
-def _in_units(e: EzlogixLoop, amount: Decimal) -> str:
+def _amount_text(e: EzlogixLoop, amount: Decimal) -> str:
     return f"{decimal_text(amount)} {e.neutral.pv.unit}" if e.neutral.pv.unit else decimal_text(amount)
 
 
-def _difference(e: EzlogixLoop, amount: Decimal) -> int:
+def _distance_counts(e: EzlogixLoop, amount: Decimal) -> int:
     """An amount of the PV in counts."""
     return round_to_integer(product(quotient(amount, width(e.neutral.pv.range)), Decimal(e.counts[1] - e.counts[0])))
 
@@ -554,22 +554,22 @@ def _anti_windup(b: TargetBuilder, loop: Loop, operation: Operation | None) -> N
 # --- cascade ---------------------------------------------------------------------------------------------------------
 
 
-def _cascades(
+def _link_cascades(
     builders: list[TargetBuilder],
     loops: tuple[Loop, ...],
     registers: list[int],
     counts: list[tuple[int, int]],
-    assigned_tags: int,
+    assigned_count: int,
 ) -> None:
     """Set points that are another loop's output: its CV tag becomes their register (D290)."""
     numbers = {loop.name: i for i, loop in enumerate(loops)}
-    linked_masters = set(range(assigned_tags))
+    linked_masters = set(range(assigned_count))
     for i, loop in enumerate(loops):
         source = loop.setpoint.source
         if source is None:
             _mode(builders[i], loop, linked=False)
             continue
-        register, outer = f"{REGISTERS.prefix}{registers[i] + SETPOINT}", numbers.get(source)
+        register, outer = f"{REGISTERS.prefix}{registers[i] + SP_OFFSET}", numbers.get(source)
         has_same_range = outer is not None and loops[outer].output.range == loop.pv.range
         if (
             outer is None

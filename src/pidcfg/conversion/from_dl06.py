@@ -16,9 +16,9 @@ from pidcfg.conversion.builder import (
     Table,
     apply_table,
     filter_time,
-    outputs_in_inner_units,
     product,
     quotient,
+    rescale_outer_loops,
     round_computed,
     same_fields,
     width,
@@ -67,12 +67,12 @@ D284 = Decision(
 )
 
 
-DIGITS = 10
+SIGNIFICANT_DIGITS = 10
 
 
 def round_to_ten_digits(value: Decimal) -> Decimal:
     """What was worked out from a neutral number, which may itself be a quotient of `terms.DIGITS` digits."""
-    return Decimal(f"{value:.{DIGITS}g}") if value else ZERO
+    return Decimal(f"{value:.{SIGNIFICANT_DIGITS}g}") if value else ZERO
 
 
 def position(scale: Scale, value: Quantity) -> Decimal:
@@ -109,7 +109,7 @@ def square_of_flow(scale: Scale, value: Decimal) -> Decimal:
 
 ZERO_COUNTS = Quantity(Decimal(0), counts=True)
 """What a word holds that is not given."""
-SWITCHED_OFF = "switched off here, so it is not carried over"
+SWITCHED_OFF_NOTE = "switched off here, so it is not carried over"
 
 
 @frozen
@@ -125,7 +125,7 @@ def keep_if_on(b: NeutralBuilder, path: str, value: object, bit: bool | None) ->
     """Whether a value with an enable bit is switched on; a value that is not is dropped."""
     on = is_switched_on(bit, value)
     if not on and value is not None:
-        b.drop(path, quantity_text(value), SWITCHED_OFF)
+        b.drop(path, quantity_text(value), SWITCHED_OFF_NOTE)
     return on
 
 
@@ -150,8 +150,8 @@ def quantity_text(value: object) -> Any:
 
 PV_POINTS = ("low_low", "low", "high", "high_high")
 DEVIATIONS = {"yellow": "high", "red": "high_high"}
-ZERO_WORD = "not given: the PLC compares with 0 counts"
-ROOT = "it compares the differential pressure, not its root: choose it anew for the flow"
+ZERO_WORD_NOTE = "not given: the PLC compares with 0 counts"
+ROOT_NOTE = "it compares the differential pressure, not its root: choose it anew for the flow"
 
 
 def error_fields(b: NeutralBuilder, s: Dl06Loop) -> None:
@@ -181,34 +181,34 @@ def alarm_fields(b: NeutralBuilder, s: Dl06Loop) -> None:
         _point(b, s, f"alarms.pv.{key}", value, f"alarms.pv.{key}", on=pv_alarms_on(s.loop))
     points = {key: getattr(alarms.deviation, key) for key in DEVIATIONS} if alarms.deviation else {}
     for key, value in points.items():
-        to = f"alarms.deviation.{DEVIATIONS[key]}"
-        _point(b, s, f"alarms.deviation.{key}", value, to, on=deviation_alarms_on(s.loop))
+        neutral = f"alarms.deviation.{DEVIATIONS[key]}"
+        _point(b, s, f"alarms.deviation.{key}", value, neutral, on=deviation_alarms_on(s.loop))
     _rate_of_change(b, s)
     if alarms.hysteresis is not None:
         _span(b, s, "alarms.hysteresis", alarms.hysteresis, "alarms.hysteresis")
 
 
-def _point(b: NeutralBuilder, s: Dl06Loop, field: str, value: Quantity | None, to: str, *, on: bool) -> None:
+def _point(b: NeutralBuilder, s: Dl06Loop, field: str, value: Quantity | None, neutral: str, *, on: bool) -> None:
     """A point of a group that one bit enables: one that is not given is compared all the same (D20)."""
     if not on:
         if value is not None:
-            b.drop(field, quantity_text(value), SWITCHED_OFF)
+            b.drop(field, quantity_text(value), SWITCHED_OFF_NOTE)
         return
-    quantity, note = (ZERO_COUNTS, ZERO_WORD) if value is None else (value, "")
-    if to.startswith("alarms.deviation"):
-        _span(b, s, field, quantity, to, note=note)
+    quantity, note = (ZERO_COUNTS, ZERO_WORD_NOTE) if value is None else (value, "")
+    if neutral.startswith("alarms.deviation"):
+        _span(b, s, field, quantity, neutral, note=note)
     else:
         change = root_flow if s.loop.pv.square_root else position
         point = change(s.scales["pv"], quantity)
-        b.put(field, quantity_text(value), to, point, note=note, assumed=value is None)
+        b.put(field, quantity_text(value), neutral, point, note=note, assumed=value is None)
 
 
-def _span(b: NeutralBuilder, s: Dl06Loop, field: str, value: Quantity, to: str, note: str = "") -> None:
+def _span(b: NeutralBuilder, s: Dl06Loop, field: str, value: Quantity, neutral: str, note: str = "") -> None:
     """A difference of PVs."""
     if s.loop.pv.square_root:
-        b.drop(field, quantity_text(value), ROOT)
+        b.drop(field, quantity_text(value), ROOT_NOTE)
     else:
-        b.put(field, quantity_text(value), to, distance(s.scales["pv"], value), note=note, assumed=bool(note))
+        b.put(field, quantity_text(value), neutral, distance(s.scales["pv"], value), note=note, assumed=bool(note))
 
 
 def _rate_of_change(b: NeutralBuilder, s: Dl06Loop) -> None:
@@ -218,11 +218,11 @@ def _rate_of_change(b: NeutralBuilder, s: Dl06Loop) -> None:
         return
     change = ZERO_COUNTS if rate is None else rate.per_sample(s.loop.sample_rate)
     if s.loop.pv.square_root:
-        b.drop(field, quantity_text(rate), ROOT)
+        b.drop(field, quantity_text(rate), ROOT_NOTE)
         return
     value = round_computed(quotient(distance(s.scales["pv"], change), s.loop.sample_rate))
     if rate is None:
-        b.put("alarms.rate_of_change_enabled", alarms.rate_of_change_enabled, field, value, note=ZERO_WORD)
+        b.put("alarms.rate_of_change_enabled", alarms.rate_of_change_enabled, field, value, note=ZERO_WORD_NOTE)
     else:
         b.put(field, str(rate), field, value)
 
@@ -241,7 +241,7 @@ D283 = Decision(
     "The bias word is the integrator. A change to Auto sets it to the output, whatever it was.",
 )
 
-NOTHING_LOST = {
+HARMLESS_FIELDS = {
     "algorithm": "position is the neutral form; velocity is reported",
     "independent_of_cpu_mode": "see operation.stopped where the target does something else",
     "tuning.reset_unit": "times are seconds",
@@ -268,18 +268,18 @@ NOTHING_LOST = {
 }
 """Fields that may come without a line in the report, and why."""
 
-RAISES = {"direct": True, "reverse": False}
+RAISES_PV = {"direct": True, "reverse": False}
 """Whether the PV rises with the output, by the word for the process's action."""
-FOLLOWS = {"I": True, "II": False}
+FOLLOWS_PV = {"I": True, "II": False}
 """Whether a change to Auto sets the set point to the PV, by the type of the transfer."""
 
 
 def to_neutral(config: Dl06File) -> list[NeutralLoop]:
     """The loops of a file, each with what became of its fields."""
-    return outputs_in_inner_units([_loop(config, i, loop) for i, loop in enumerate(config.loops)])
+    return rescale_outer_loops([_neutral_loop(config, i, loop) for i, loop in enumerate(config.loops)])
 
 
-def _loop(config: Dl06File, index: int, loop: Loop) -> NeutralLoop:
+def _neutral_loop(config: Dl06File, index: int, loop: Loop) -> NeutralLoop:
     b = NeutralBuilder(index)
     if loop.pv.range is None:
         b.require("pv.range", "add pv.range: the engineering values at 0 % and 100 %; the gain depends on its span")
@@ -287,8 +287,8 @@ def _loop(config: Dl06File, index: int, loop: Loop) -> NeutralLoop:
         b.require("sample_rate", "correct sample_rate: a loop with 0 s is not calculated")
     if not b.loop.missing:
         out_range = loop.output.range or (ZERO, HUNDRED)
-        table = make_scales(loop.pv.format, loop.output.format, (loop.pv.range, out_range), root=loop.pv.square_root)
-        apply_table(b, loop, Dl06Loop(config, loop, table), FIELDS)
+        scales = make_scales(loop.pv.format, loop.output.format, (loop.pv.range, out_range), root=loop.pv.square_root)
+        apply_table(b, loop, Dl06Loop(config, loop, scales), FIELDS)
     return b.loop
 
 
@@ -333,7 +333,7 @@ def _tuning(b: NeutralBuilder, s: Dl06Loop) -> None:
         b.set("tuning.gain", gain)
         b.mark("tuning.gain", tuning.gain, "tuning.gain", "tuning.proportional", note=note)
         b.set("tuning.proportional", value=False)
-    b.put("tuning.reset", _shown_reset(s.loop), "tuning.integral_time", integral_time(s))
+    b.put("tuning.reset", _reset_text(s.loop), "tuning.integral_time", integral_time(s))
 
 
 def integral_time(s: Dl06Loop) -> Decimal:
@@ -344,7 +344,7 @@ def integral_time(s: Dl06Loop) -> Decimal:
     return product(value, SECONDS["min"]) if s.loop.tuning.reset_unit == "minutes" else value
 
 
-def _shown_reset(loop: Loop) -> str:
+def _reset_text(loop: Loop) -> str:
     duration = loop.tuning.reset.duration
     if duration is None or duration.unit is not None:
         return str(loop.tuning.reset)
@@ -354,22 +354,22 @@ def _shown_reset(loop: Loop) -> str:
 def _derivative(b: NeutralBuilder, s: Dl06Loop) -> None:
     """The rate and its gain limit N: a filter of Td/N; a limit of 0 is no derivative."""
     rate, limit = s.loop.tuning.rate, s.loop.derivative_gain_limit
-    limited = keep_if_on(b, "derivative_gain_limit", limit, s.loop.derivative_gain_limit_enabled)
-    if limited and not limit:
-        _no_derivative(b, s)
+    has_limit = keep_if_on(b, "derivative_gain_limit", limit, s.loop.derivative_gain_limit_enabled)
+    if has_limit and not limit:
+        _drop_derivative(b, s)
         return
     b.put("tuning.rate", rate, "tuning.derivative_time", rate)
     if rate:
         acts = s.config.plc.derivative
         b.put("plc.derivative", acts, "tuning.derivative_on", acts)
-    if limited and limit:
+    if has_limit and limit:
         if rate:
             b.put("derivative_gain_limit", limit, "tuning.derivative_filter", round_computed(quotient(rate, limit)))
         else:
             b.drop("derivative_gain_limit", limit, "without a rate it does nothing")
 
 
-def _no_derivative(b: NeutralBuilder, s: Dl06Loop) -> None:
+def _drop_derivative(b: NeutralBuilder, s: Dl06Loop) -> None:
     """A gain limit of 0 leaves no derivative, whatever the rate is."""
     rate, limit = s.loop.tuning.rate, s.loop.derivative_gain_limit
     note = "a derivative gain limit of 0 leaves no derivative"
@@ -394,10 +394,10 @@ def _transfer(b: NeutralBuilder, path: str, transfer: Dl06Transfer | None, advic
     if transfer is None:
         return
     if transfer.address is None:
-        place = f"slot {transfer.slot}, channel {transfer.channel}"
+        location = f"slot {transfer.slot}, channel {transfer.channel}"
     else:
-        place = v_name(transfer.address)
-    b.drop(path, place, f"{advice} {place}")
+        location = v_name(transfer.address)
+    b.drop(path, location, f"{advice} {location}")
 
 
 def _setpoint(b: NeutralBuilder, s: Dl06Loop) -> None:
@@ -488,9 +488,9 @@ FIELDS: Table[NeutralBuilder, Dl06Loop] = (
     SameField("cascade_from", "setpoint.source"),
     _remote_setpoint,
     SameField("sample_rate", "sample_time"),
-    SameField("action", "output_raises_pv", RAISES),
+    SameField("action", "output_raises_pv", RAISES_PV),
     _velocity,
-    SameField("bumpless", "setpoint.follows_pv", FOLLOWS),
+    SameField("bumpless", "setpoint.follows_pv", FOLLOWS_PV),
     _anti_windup,
     _tuning,
     _derivative,
@@ -513,9 +513,9 @@ FORMAT_OPTIONS = ("reset_decimals", "derivative")
 """Keys of ``plc``, and options, that say what words mean."""
 
 
-def _format_options(config: Dl06File, source_places: Sequence[int]) -> dict[str, object]:
+def _format_options(config: Dl06File, source_loops: Sequence[int]) -> dict[str, object]:
     """The data format where all loops have the same, and how reset and rate words are read."""
-    formats = {config.loops[i].pv.format for i in source_places}
+    formats = {config.loops[i].pv.format for i in source_loops}
     own: Data = {"data_format": formats.pop()} if len(formats) == 1 else {}
     return own | {key: getattr(config.plc, key) for key in FORMAT_OPTIONS if key in config.plc.model_fields_set}
 
@@ -534,18 +534,18 @@ def operations(config: Dl06File) -> list[Operation]:
     """Of each loop (D35, D39, D41 to D43, D45, D49); type I sets the set point to the PV: no error is on top."""
     rules = []
     for loop in config.loops:
-        velocity = loop.algorithm == "velocity"
-        frozen = Windup.FROZEN_AT_ENDS if loop.bias_freeze else Windup.WITHIN_RANGE
+        is_velocity = loop.algorithm == "velocity"
+        windup = Windup.FROZEN_AT_ENDS if loop.bias_freeze else Windup.WITHIN_RANGE
         rules.append(
             Operation(
                 start=Start.RETURNS,
                 stopped=Stopped.GOES_ON if loop.independent_of_cpu_mode else Stopped.STANDS,
                 hand=OWN_SETTINGS.hand,
                 zero=OWN_SETTINGS.zero,
-                transfer=Transfer.GOES_ON if velocity or loop.bumpless == "I" else Transfer.ON_TOP,
+                transfer=Transfer.GOES_ON if is_velocity or loop.bumpless == "I" else Transfer.ON_TOP,
                 without_integral=WithoutIntegral.TAKEN_OVER,
-                windup=Windup.NONE if velocity else frozen,
-                squared=loop.error.curve == "squared",
+                windup=Windup.NONE if is_velocity else windup,
+                squares_error=loop.error.curve == "squared",
                 leads_master=loop.bumpless == "I",
                 has_edge=True,
                 interlock=Interlock.REFUSED if pv_alarms_on(loop) else Interlock.GRANTED,

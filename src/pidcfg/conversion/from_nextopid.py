@@ -43,7 +43,7 @@ D292 = Decision(
     "MinMV and MaxMV of a loop are limits; the range of what reads MV is the only scale that the program shows, and "
     "the neutral link hands the output on in units of the slave's PV.",
 )
-OPERATIONS: dict[int, Callable[[Any, Any], Any]] = {
+BINARY_OPERATORS: dict[int, Callable[[Any, Any], Any]] = {
     **{op: ops.TWO_OPERANDS[op] for op in CONDITION_OPERATORS - {ops.NOT}},
     ops.ADD: EXACT_CONTEXT.add,
     ops.SUBTRACT: EXACT_CONTEXT.subtract,
@@ -53,7 +53,7 @@ OPERATIONS: dict[int, Callable[[Any, Any], Any]] = {
     ops.MAXIMUM: max,
 }
 """Operators of two operands."""
-SIGNS: dict[int, Callable[[Decimal], Decimal | bool]] = {
+UNARY_OPERATORS: dict[int, Callable[[Decimal], Decimal | bool]] = {
     ops.NEGATE: EXACT_CONTEXT.minus,
     ops.ABSOLUTE: abs,
     ops.ROOT: EXACT_CONTEXT.sqrt,
@@ -76,16 +76,16 @@ def calculate_expression(expression: Expression, read: Callable[[int], Decimal |
             if value is None:
                 return None
             stack.append(value)
-        elif op in SIGNS:
+        elif op in UNARY_OPERATORS:
             value = stack.pop()
             if op == ops.ROOT and value < 0:
                 return None
-            stack.append(SIGNS[op](value))
+            stack.append(UNARY_OPERATORS[op](value))
         else:
             right, left = stack.pop(), stack.pop()
             if op == ops.DIVIDE and not right:
                 return None
-            stack.append(OPERATIONS[op](left, right))
+            stack.append(BINARY_OPERATORS[op](left, right))
     result: Decimal | bool = stack.pop()
     return result
 
@@ -99,7 +99,7 @@ class Value:
     """The expression that it is wired to; empty: it is not."""
 
     @property
-    def in_file(self) -> Any:
+    def file_value(self) -> Any:
         """What the file says: the expression or the value."""
         return self.wire or self.value
 
@@ -119,7 +119,7 @@ class LinkedBlocks:
     low_filter: int | None = None
     pwm: int | None = None
     master: int | None = None
-    scale: Span | None = None
+    output_range: Span | None = None
     """0 % and 100 % of its output, by what reads its MV."""
     reader: str = ""
     """What that is."""
@@ -127,9 +127,9 @@ class LinkedBlocks:
 
     def accepts_range(self, scale: Span, reader: str) -> bool:
         """Whether the loop's output can have this range; the first that reads MV decides."""
-        if self.scale is not None and self.scale != scale:
+        if self.output_range is not None and self.output_range != scale:
             return False
-        self.scale, self.reader = scale, self.reader or reader
+        self.output_range, self.reader = scale, self.reader or reader
         return True
 
 
@@ -162,10 +162,10 @@ class Network:
         expression = self.wires.get((i, key))
         if expression is None or (i, key) in visited:
             return None
-        below = visited | {(i, key)}
+        now_visited = visited | {(i, key)}
         if expression.signal is not None:
-            return self._first_value(expression.signal, below)
-        value = calculate_expression(expression, lambda number: self._first_value(number, below))
+            return self._first_value(expression.signal, now_visited)
+        value = calculate_expression(expression, lambda number: self._first_value(number, now_visited))
         return value if value is None or isinstance(value, bool) else round_computed(value)
 
     def _first_value(self, number: int, visited: frozenset[tuple[int, str]]) -> Any:
@@ -194,7 +194,7 @@ class Network:
             blocks.low_filter = self._filter_of(i)
             self._link_master(linked_blocks, i)
         for i, blocks in linked_blocks.items():
-            self._pulses(i, blocks)
+            self._link_pulses(i, blocks)
         return linked_blocks
 
     def _filter_of(self, i: int) -> int | None:
@@ -221,7 +221,7 @@ class Network:
             linked_blocks[i].master = j
             linked_blocks[j].slaves.append(i)
 
-    def _pulses(self, i: int, linked_blocks: LinkedBlocks) -> None:
+    def _link_pulses(self, i: int, linked_blocks: LinkedBlocks) -> None:
         for j in self._pwms.get(f"{self.items[i].item.name}.MV", ()):
             name, scale, period = self.items[j].item.name, self.span(j, "MinMV", "MaxMV"), self.value(j, "Period").value
             if period and scale is not None and linked_blocks.accepts_range(scale, f"the pulses of {name}"):
@@ -258,16 +258,14 @@ class Network:
 
     def owner_of(self, j: int) -> int:
         """The loop that a block works for: that reads it, however indirectly, or whose MV it reads; else the first."""
-        works_for = next((i for i in self.loops if j in self._read_by[i]), None)
-        return (
-            min(self._read_by[j].intersection(self.loops), default=self.first_loop) if works_for is None else works_for
-        )
+        works_for = next((i for i in self.loops if j in self._reads[i]), None)
+        return min(self._reads[j].intersection(self.loops), default=self.first_loop) if works_for is None else works_for
 
     @cached_property
-    def _read_by(self) -> list[set[int]]:
+    def _reads(self) -> list[set[int]]:
         """What each block and loop reads, however indirectly, up to the loops."""
-        waits, loops = self.layout.read_blocks(self.wires), set(self.loops)
-        return [blocks_read_by(i, waits, loops) for i in range(len(self.items))]
+        reads, loops = self.layout.read_blocks(self.wires), set(self.loops)
+        return [blocks_read_by(i, reads, loops) for i in range(len(self.items))]
 
     def expressions(self, j: int) -> Iterator[tuple[str, str]]:
         """What is wired to a block: parameter and text."""
@@ -281,15 +279,15 @@ class Network:
         return (key for key, expression in self.wires.items() if number in expression.signals)
 
 
-def blocks_read_by(start: int, waits: list[set[int]], loops: set[int]) -> set[int]:
+def blocks_read_by(start: int, reads: list[set[int]], loops: set[int]) -> set[int]:
     """Everything that a block reads, on ways that end at loops."""
     reached: set[int] = set()
-    unread = list(waits[start])
+    unread = list(reads[start])
     while unread:
         i = unread.pop()
         if i not in reached:
             reached.add(i)
-            unread += () if i in loops else waits[i]
+            unread += () if i in loops else reads[i]
     return reached
 
 
@@ -342,70 +340,70 @@ class ParameterBuilder(NeutralBuilder):
         """Whether a parameter is wired or not what it is without an entry."""
         return bool(getattr(self.item, key))
 
-    def put_parameter(self, key: str, to: str, became: Any, note: str = "") -> None:
+    def put_parameter(self, key: str, neutral: str, neutral_value: Any, note: str = "") -> None:
         """A parameter, and the neutral field with what it became."""
-        self.set(to, became)
-        self.mark_parameter(key, to, note=note)
+        self.set(neutral, neutral_value)
+        self.mark_parameter(key, neutral, note=note)
 
-    def mark_parameter(self, key: str, *to: str, note: str = "") -> None:
+    def mark_parameter(self, key: str, *neutral: str, note: str = "") -> None:
         """A parameter that is part of neutral fields which are set elsewhere; a wire with what it is followed to."""
         value = self.value(key)
-        self.mark(key, value.in_file, *to, note=value.note(note), assumed=bool(value.wire))
+        self.mark(key, value.file_value, *neutral, note=value.note(note), assumed=bool(value.wire))
 
     def drop_parameter(self, key: str, note: str) -> None:
         """A parameter that the neutral form does not have, with its expression."""
         value = self.value(key)
-        self.drop(key, value.in_file, f"{value.wire}: {note}" if value.wire else note)
+        self.drop(key, value.file_value, f"{value.wire}: {note}" if value.wire else note)
 
-    def put_number(self, key: str, to: str, instead: str, factor: Decimal = Decimal(1), note: str = "") -> None:
-        """An optional number; one that nobody knows is dropped, with what to program ``instead``."""
+    def put_number(self, key: str, neutral: str, advice: str, factor: Decimal = Decimal(1), note: str = "") -> None:
+        """An optional number; one that nobody knows is dropped, with what to program ``advice``."""
         value = self.value(key)
         if value.value is None:
-            self.drop_parameter(key, instead)
+            self.drop_parameter(key, advice)
         elif value.value or value.wire:
-            self.put_parameter(key, to, round_computed(product(value.value, factor)), note)
+            self.put_parameter(key, neutral, round_computed(product(value.value, factor)), note)
 
-    def mark_switch(self, key: str, to: str, note: str = "") -> None:
+    def mark_switch(self, key: str, neutral: str, note: str = "") -> None:
         """A BOOL; one that nobody knows is dropped."""
         if self.value(key).value is None:
             self.drop_parameter(key, "switch in the program; it counts as FALSE")
         elif self.is_set(key):
-            self.mark_parameter(key, to, note=note)
+            self.mark_parameter(key, neutral, note=note)
 
 
 # --- Blocks and signals of a NextoPID configuration that no loop of another PLC has: what they do, for the report -----
 
-TERMS = ("SP", "PV", "Kp", "Ti_Ki", "Td_Kd", "Tfd", "ManualMV", "DeadBand")
-ENDS = ("MaxVarMV", "MaxMV", "MinMV", "MaxPV", "MinPV")
-SWITCHES = ("Indep", "DisableP", "DerivEr", "CASC", "Manual", "Direct")
-LOOP_SETTINGS = frozenset((*TERMS, *ENDS, *SWITCHES))
+TERM_KEYS = ("SP", "PV", "Kp", "Ti_Ki", "Td_Kd", "Tfd", "ManualMV", "DeadBand")
+LIMIT_KEYS = ("MaxVarMV", "MaxMV", "MinMV", "MaxPV", "MinPV")
+SWITCH_KEYS = ("Indep", "DisableP", "DerivEr", "CASC", "Manual", "Direct")
+LOOP_SETTINGS = frozenset((*TERM_KEYS, *LIMIT_KEYS, *SWITCH_KEYS))
 """Parameters of a loop whose signals are taken at their first value, or belong to the process."""
 BLOCK_SETTINGS = frozenset(("InVar", "Tc", "Period"))
 """Parameters of a block that the neutral loop has, likewise."""
 
 
-def blocks_and_signals(network: Network, builders: Sequence[NeutralBuilder]) -> None:
+def drop_blocks_and_signals(network: Network, builders: Sequence[NeutralBuilder]) -> None:
     """Drops every block and signal that no loop has, in the report of the loop that it works for."""
     shared = network.shared_blocks()
     for j in range(network.first_loop):
         if j in shared:
             continue
         item = network.items[j].item
-        wired = ", ".join(f"{key} {text}" for key, text in network.expressions(j))
-        note = f"of {wired}: program it beside the controller" if wired else "program it beside the controller"
+        wires = ", ".join(f"{key} {text}" for key, text in network.expressions(j))
+        note = f"of {wires}: program it beside the controller" if wires else "program it beside the controller"
         builder = builders[network.owner_of(j) - network.first_loop]
         builder.drop(f"blocks.{item.name}", network.items[j].kind.name, note)
     for name, value in network.config.signals.items():
-        lost = next(((i, key) for i, key in network.readers(name) if not _is_kept(network, shared, i, key)), None)
-        if lost is not None:
-            i, key = lost
+        reader = next(((i, key) for i, key in network.readers(name) if not _is_kept(network, shared, i, key)), None)
+        if reader is not None:
+            i, key = reader
             owner = i if i >= network.first_loop else network.owner_of(i)
             note = f"read by {network.items[i].item.name}.{key}, which has no twin"
             builders[owner - network.first_loop].drop(f"signals.{name}", value, note)
 
 
-COPY = "copy it in the program: "
-OUTPUT_STAYS = "the output stays on the way to Manual; see operation.manual where the target's does not"
+COPY_ADVICE = "copy it in the program: "
+OUTPUT_STAYS_NOTE = "the output stays on the way to Manual; see operation.manual where the target's does not"
 
 
 def report_moves(network: Network, builders: Sequence[NeutralBuilder]) -> None:
@@ -414,7 +412,7 @@ def report_moves(network: Network, builders: Sequence[NeutralBuilder]) -> None:
     for i, builder in zip(network.loops, builders, strict=True):
         moves_of_loop = bumpless_moves(network.encoding, i)
         if moves_of_loop.holds_mv is not None:
-            builder.loop.items_beside[f"moves.{moves_of_loop.holds_mv}"] = OUTPUT_STAYS
+            builder.loop.harmless_items[f"moves.{moves_of_loop.holds_mv}"] = OUTPUT_STAYS_NOTE
         if moves_of_loop.follows_pv is not None:
             path = f"moves.{moves_of_loop.follows_pv}"
             builder.put(path, _move_text(network, moves_of_loop.follows_pv), "setpoint.follows_pv", neutral_value=True)
@@ -422,7 +420,7 @@ def report_moves(network: Network, builders: Sequence[NeutralBuilder]) -> None:
     for number, move in enumerate(network.config.moves):
         if number not in reported:
             builders[_move_owner(network, move.to)].drop(
-                f"moves.{number}", _move_text(network, number), COPY + _move_condition(move)
+                f"moves.{number}", _move_text(network, number), COPY_ADVICE + _move_condition(move)
             )
 
 
@@ -456,8 +454,8 @@ def _is_kept(network: Network, shared: set[int], i: int, key: str) -> bool:
 # ----------------------------------------------------------------------------------------------------------------------
 # NextoPID configurations as neutral loops: what the blocks are set to, and what of the network the loops have, too.
 
-MV_HELD_IN_BAND = "while the error is smaller, MV is held here"
-NEEDED = {
+MV_HELD_NOTE = "while the error is smaller, MV is held here"
+REQUIRED_PARAMETERS = {
     "Direct": "the direction",
     "Indep": "the form",
     "DisableP": "the proportional term",
@@ -470,7 +468,7 @@ NEEDED = {
     "MaxPV": "the scale of the PV",
 }
 """What a loop cannot be converted without."""
-SPECIAL = {
+CONNECTION_ADVICE = {
     "TRK_IN": "put the loop into manual in the program, with TRK_VAL as its output",
     "Windup_H_IN": "hold the integral in the program",
     "Windup_L_IN": "hold the integral in the program",
@@ -489,13 +487,13 @@ def to_neutral(config: NextopidFile) -> list[NeutralLoop]:
         else:
             apply_table(b, b.item, b.item, FIELDS)
     if builders and not any(b.loop.missing for b in builders):
-        blocks_and_signals(network, builders)
+        drop_blocks_and_signals(network, builders)
         report_moves(network, builders)
     return [b.loop for b in builders]
 
 
 def _is_complete(b: ParameterBuilder) -> bool:
-    known = all(b.value(key).value is not None for key in NEEDED)
+    known = all(b.value(key).value is not None for key in REQUIRED_PARAMETERS)
     return known and all(
         b.value(low).value < b.value(high).value for low, high in (("MinPV", "MaxPV"), ("MinMV", "MaxMV"))
     )
@@ -508,7 +506,7 @@ def _require_known(b: ParameterBuilder) -> None:
             "type", f"{name} switches on and off, which is no PID: move it from loops to blocks, and it is left out"
         )
         return
-    for key, what in NEEDED.items():
+    for key, what in REQUIRED_PARAMETERS.items():
         value = b.value(key)
         if value.value is None:
             b.require(key, f"{key} of {name} is wired to {value.wire}, and nobody knows its value: write {what} itself")
@@ -526,15 +524,15 @@ def _direction(b: ParameterBuilder, _: Pida) -> None:
 
 
 def _equation(b: ParameterBuilder, _: Pida) -> None:
-    indep, acts = b.is_on("Indep"), not b.is_on("DisableP")
+    indep, proportional = b.is_on("Indep"), not b.is_on("DisableP")
     gain, integral, derivative = (max(b.value(key).value, ZERO) for key in ("Kp", "Ti_Ki", "Td_Kd"))
     note = ""
     if indep:
-        gain, integral, derivative, acts = to_dependent(gain, integral, derivative)
+        gain, integral, derivative, proportional = to_dependent(gain, integral, derivative)
     elif integral < MIN_INTEGRAL_TIME:
         note = "below 0.001 s: no integral" if integral else ""
         integral = ZERO
-    b.set("tuning.proportional", acts)
+    b.set("tuning.proportional", proportional)
     b.set("tuning.derivative_on", "error" if b.is_on("DerivEr") else "pv")
     b.set("tuning.gain", gain)
     b.mark_parameter("Kp", "tuning.gain", *(("tuning.proportional",) if indep else ()))
@@ -560,15 +558,15 @@ def _pv_filter(b: ParameterBuilder, _: Pida) -> None:
     network, number = b.network, b.linked_blocks.low_filter
     if number is not None:
         time, block = network.value(number, "Tc"), f"blocks.{network.items[number].item.name}"
-        b.put(f"{block}.Tc", time.in_file, "pv.filter", time.value, assumed=bool(time.wire))
+        b.put(f"{block}.Tc", time.file_value, "pv.filter", time.value, assumed=bool(time.wire))
         expression = network.value(number, "InVar").wire
-        if expression and not _is_plain(network, network.source(number, "InVar")):
+        if expression and not _is_plain_source(network, network.source(number, "InVar")):
             b.drop(f"{block}.InVar", expression, f"work the PV out in the program: {expression}")
-    elif b.value("PV").wire and not _is_plain(network, network.source(b.number, "PV")):
+    elif b.value("PV").wire and not _is_plain_source(network, network.source(b.number, "PV")):
         b.drop_parameter("PV", "work it out in the program and give it to the controller")
 
 
-def _is_plain(network: Network, source: str) -> bool:
+def _is_plain_source(network: Network, source: str) -> bool:
     """Whether a name is a signal, or what another loop reads as its PV."""
     return source in network.config.signals or source.endswith(".PV")
 
@@ -610,12 +608,12 @@ def _output(b: ParameterBuilder, item: Pida) -> None:
     b.set("output.limits", [low, high])
     b.mark_parameter("MinMV", "output.limits.0")
     b.mark_parameter("MaxMV", "output.limits.1")
-    span, scale = item.output.range, b.linked_blocks.scale or item.output.range or (low, high)
+    span, scale = item.output.range, b.linked_blocks.output_range or item.output.range or (low, high)
     if span is not None and scale == span:
         b.put("output.range", span, "output.range", span)
     else:
         note = "no output.range is given: MinMV and MaxMV are taken for 0 % and 100 %"
-        if b.linked_blocks.scale is not None:
+        if b.linked_blocks.output_range is not None:
             note = f"0 % and 100 % of {b.linked_blocks.reader}"
         b.put("output.range", span, "output.range", scale, note, assumed=True)
 
@@ -626,10 +624,10 @@ def _pulses(b: ParameterBuilder, _: Pida) -> None:
         period = network.value(number, "Period")
         time = product(Decimal(period.value), network.config.plc.sample_time)
         path = f"blocks.{network.items[number].item.name}.Period"
-        b.put(path, period.in_file, "output.pulse.period", time, assumed=bool(period.wire))
+        b.put(path, period.file_value, "output.pulse.period", time, assumed=bool(period.wire))
 
 
-def _terms(b: ParameterBuilder, _: Pida) -> None:
+def _output_terms(b: ParameterBuilder, _: Pida) -> None:
     """What else makes the output."""
     if b.value("BIAS").wire and b.network.wires[b.number, "BIAS"].signals:
         b.drop_parameter("BIAS", "a feed-forward: add it to the output in the program")
@@ -651,17 +649,17 @@ def _terms(b: ParameterBuilder, _: Pida) -> None:
 
 def _deadband(b: ParameterBuilder, _: Pida) -> None:
     if b.is_set("DeadBand"):
-        b.put_number("DeadBand", "deadband", "hold MV in the program while the error is small", note=MV_HELD_IN_BAND)
+        b.put_number("DeadBand", "deadband", "hold MV in the program while the error is small", note=MV_HELD_NOTE)
 
 
 def _connections(b: ParameterBuilder, item: Pida) -> None:
     """Connections of cascades and overrides, and the auto-tuning."""
     slaves = {b.network.items[j].item.name for j in b.linked_blocks.slaves}
-    cascade = {f"{name}.{key}" for name in slaves for key in ("TRK_OUT", "Windup_H_OUT", "Windup_L_OUT")}
-    tracks = b.network.source(b.number, "TRK_IN") in cascade
+    cascade_sources = {f"{name}.{key}" for name in slaves for key in ("TRK_OUT", "Windup_H_OUT", "Windup_L_OUT")}
+    tracks = b.network.source(b.number, "TRK_IN") in cascade_sources
     for key in ("TRK_IN", "Windup_H_IN", "Windup_L_IN", "OVERR"):
-        if b.is_set(key) and b.network.source(b.number, key) not in cascade:
-            b.drop_parameter(key, SPECIAL[key])
+        if b.is_set(key) and b.network.source(b.number, key) not in cascade_sources:
+            b.drop_parameter(key, CONNECTION_ADVICE[key])
     if b.is_set("TRK_VAL") and not tracks and (b.is_set("TRK_IN") or b.is_set("OVERR")):
         b.drop_parameter("TRK_VAL", "where the output comes from meanwhile")
     if getattr(item, "AutoTune", False):
@@ -687,7 +685,7 @@ FIELDS: Table[ParameterBuilder, Pida] = (
     _output,
     SameField("output.unit"),
     _pulses,
-    _terms,
+    _output_terms,
     _deadband,
     _connections,
 )

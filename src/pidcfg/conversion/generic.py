@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel
 
-from pidcfg.conversion import COMMON, NeutralLoop, SourceField, TargetField, TargetFile
+from pidcfg.conversion import COMMON_FIELDS, NeutralLoop, SourceField, TargetField, TargetFile
 from pidcfg.conversion.operation import (
     ADDED_ANTI_WINDUP,
     Master,
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 # --- The neutral form as a vendor: its loops are the neutral loops ----------------------------------------------------
 
-NOTHING_LOST = dict.fromkeys(COMMON, "it goes with the loop")
+HARMLESS_FIELDS = dict.fromkeys(COMMON_FIELDS, "it goes with the loop")
 """Fields without a line of their own."""
 RANGE_FIELDS = ("pv.range", "output.range")
 """Pairs that are one thing: a scale. The others are two limits."""
@@ -46,7 +46,7 @@ def fields_by_path(loop: Loop) -> Iterator[tuple[str, object]]:
     """Every field that is given, by its path, with its value; limits as two."""
     for keys, value in given_fields(loop):
         path = dotted_text(keys)
-        if path in NOTHING_LOST:
+        if path in HARMLESS_FIELDS:
             continue
         if isinstance(value, tuple) and path not in RANGE_FIELDS:
             yield from ((f"{path}.{i}", end) for i, end in enumerate(value))
@@ -98,12 +98,12 @@ def from_neutral(
 ) -> TargetFile:
     """The file as it is; an integral that some limit stops is one that the limits of the output stop (D342)."""
     data = to_plain_data(file)
-    stopped = {i for i, operation in enumerate(operations) if operation.bounds_integral}
-    puts = []
+    bounded_loops = {i for i, operation in enumerate(operations) if operation.bounds_integral}
+    target_fields = []
     for i, loop in enumerate(file.loops):
-        puts.append([TargetField(path, path) for path, _ in fields_by_path(loop)])
-        if i in stopped and not loop.anti_windup:
+        target_fields.append([TargetField(path, path) for path, _ in fields_by_path(loop)])
+        if i in bounded_loops and not loop.anti_windup:
             data["loops"][i]["anti_windup"] = True
-            puts[i] = [put for put in puts[i] if put.path != "anti_windup"]
-            puts[i].append(TargetField("anti_windup", "anti_windup", ADDED_ANTI_WINDUP, assumed=True))
-    return TargetFile(data, puts)
+            target_fields[i] = [field for field in target_fields[i] if field.path != "anti_windup"]
+            target_fields[i].append(TargetField("anti_windup", "anti_windup", ADDED_ANTI_WINDUP, assumed=True))
+    return TargetFile(data, target_fields)

@@ -16,15 +16,15 @@ from pidcfg.conversion.builder import (
     SameField,
     TargetBuilder,
     apply_table,
-    drop_unmatched,
     file_number,
     product,
     quotient,
     same_fields,
     target_file,
     to_independent,
+    unmatched_fields,
 )
-from pidcfg.conversion.from_nextopid import MV_HELD_IN_BAND, to_neutral
+from pidcfg.conversion.from_nextopid import MV_HELD_NOTE, to_neutral
 from pidcfg.conversion.operation import (
     Deadband,
     Filter,
@@ -57,10 +57,10 @@ if TYPE_CHECKING:
     from pidcfg.schemas.nextopid import NextopidFile
     from pidcfg.text.paths import Data
 
-__all__ = ["NOTHING_LOST", "OWN_SETTINGS", "from_neutral", "operations", "to_neutral"]
+__all__ = ["HARMLESS_FIELDS", "OWN_SETTINGS", "from_neutral", "operations", "to_neutral"]
 """What a vendor gives; the way to the neutral form has a module of its own."""
 
-NOTHING_LOST = {
+HARMLESS_FIELDS = {
     "type": "the neutral form has one kind of PID; field units of an INT block are those of its MinPV and MaxPV",
     "PV": "the process's; what calculates it is reported",
     **dict.fromkeys(("Indep", "DisableP", "CASC", "Manual"), "FALSE, as without it"),
@@ -89,10 +89,10 @@ OWN_SETTINGS = VendorSettings()
 
 def operations(config: NextopidFile) -> list[Operation]:
     """Of each block (D221, D222, D229); one whose MV is wired or copied into its ManualMV keeps it."""
-    encoding, first = encode(config), len(config.blocks)
+    encoding, first_loop = encode(config), len(config.blocks)
     return [
         Operation(
-            manual=Manual.STAYS if _keeps_output(encoding, first + i, loop) else Manual.JUMPS,
+            manual=Manual.STAYS if _keeps_output(encoding, first_loop + i, loop) else Manual.JUMPS,
             windup=Windup.PARTIAL,
             deadband=Deadband.HELD,
             follows_output=True,
@@ -115,15 +115,15 @@ def _keeps_output(encoding: NextopidEncoding, i: int, loop: SourceLoop) -> bool:
 
 # --- Names of the neutral loops as IEC identifiers, none like another but for capital letters -------------------------
 
-STANDARD = "EXP LIMIT LN LOG MUX SEL SIN COS TAN TRUNC MOVE"
+FUNCTIONS = "EXP LIMIT LN LOG MUX SEL SIN COS TAN TRUNC MOVE"
 """Functions whose names a program can give away, but should not."""
 RESERVED_NAMES = {
-    name.casefold() for name in (*BLOCK_TYPES, *KEYWORDS, *STANDARD.split(), Plc.model_fields["program"].default)
+    name.casefold() for name in (*BLOCK_TYPES, *KEYWORDS, *FUNCTIONS.split(), Plc.model_fields["program"].default)
 }
 """What no instance may be called."""
-STRUCTURES = re.compile(r"autotune_(p|pi|pid|param|result|mode)|(pida|on_off)_(error|warning)_bits")
+STRUCTURE_PATTERN = re.compile(r"autotune_(p|pi|pid|param|result|mode)|(pida|on_off)_(error|warning)_bits")
 """Types of the library that are no blocks, in small letters."""
-NOT_IN_NAME = re.compile(r"[^A-Za-z0-9]+")
+NON_NAME_PATTERN = re.compile(r"[^A-Za-z0-9]+")
 
 
 class Names:
@@ -135,10 +135,10 @@ class Names:
     def new_name(self, loop_name: str, ending: str = "") -> str:
         """A name that is still free, as near to the wanted one as can be."""
         ascii_name = unicodedata.normalize("NFKD", loop_name).encode("ascii", "ignore").decode()
-        stem = NOT_IN_NAME.sub("_", ascii_name).strip("_") or "Loop"
+        stem = NON_NAME_PATTERN.sub("_", ascii_name).strip("_") or "Loop"
         stem = stem if stem[0].isalpha() else f"L_{stem}"
         name, count = _join_name(stem, ending), 1
-        while name.casefold() in self.names_in_use or STRUCTURES.fullmatch(name.casefold()):
+        while name.casefold() in self.names_in_use or STRUCTURE_PATTERN.fullmatch(name.casefold()):
             count += 1
             name = _join_name(stem, f"_{count}{ending}")
         self.names_in_use.add(name.casefold())
@@ -171,8 +171,8 @@ class Task:
 
     def cycles_of(self, time: Decimal) -> int:
         """How many cycles are nearest to a sample time."""
-        most = int(LONGEST_SAMPLE_TIME / self.interval)
-        return max(1, min(round_to_integer(quotient(time, self.interval)), most))
+        max_cycles = int(LONGEST_SAMPLE_TIME / self.interval)
+        return max(1, min(round_to_integer(quotient(time, self.interval)), max_cycles))
 
     @staticmethod
     def allows(time: Decimal) -> bool:
@@ -185,12 +185,12 @@ def task_of(times: Sequence[Decimal], interval: Decimal | None) -> Task:
     if interval is not None:
         return Task(interval)
     steps = [min(max(time, SHORTEST_SAMPLE), LONGEST_SAMPLE_TIME) for time in times]
-    common = common_step(steps)
-    if common < SHORTEST_SAMPLE:
-        common = common_step(
+    interval_step = common_step(steps)
+    if interval_step < SHORTEST_SAMPLE:
+        interval_step = common_step(
             [max(Decimal(round_to_integer(step / SHORTEST_SAMPLE)), Decimal(1)) * SHORTEST_SAMPLE for step in steps]
         )
-    return Task(common)
+    return Task(interval_step)
 
 
 def common_step(times: Sequence[Decimal]) -> Decimal:
@@ -198,28 +198,28 @@ def common_step(times: Sequence[Decimal]) -> Decimal:
     fractions = [Fraction(time) for time in times] or [Fraction(1, 10)]
     step = fractions[0]
     for other in fractions[1:]:
-        common = step.denominator * other.denominator
-        step = Fraction(gcd(step.numerator * other.denominator, other.numerator * step.denominator), common)
+        denominator = step.denominator * other.denominator
+        step = Fraction(gcd(step.numerator * other.denominator, other.numerator * step.denominator), denominator)
     return Decimal(step.numerator) / Decimal(step.denominator)
 
 
 # --- The special connections of the cascades that neutral loops name --------------------------------------------------
 
-OUTPUTS = {"TRK_IN": "TRK_OUT", "Windup_H_IN": "Windup_H_OUT", "Windup_L_IN": "Windup_L_OUT"}
+SLAVE_OUTPUTS = {"TRK_IN": "TRK_OUT", "Windup_H_IN": "Windup_H_OUT", "Windup_L_IN": "Windup_L_OUT"}
 """What a master reads of its slave."""
 
 
 def link_cascades(file: GenericFile, builders: Sequence[TargetBuilder]) -> None:
     """Wires every slave to its master, and the master to the first of its slaves."""
-    served: dict[int, str] = {}
+    first_slaves: dict[int, str] = {}
     for i, (b, loop) in enumerate(zip(builders, file.loops, strict=True)):
         master = _find_master(file.loops, i, b)
         if loop.mode == "cascade":
             note = "" if master is not None else "no loop gives it a set point: it is in automatic, and holds SP"
             b.put("CASC", master is not None, "mode", note, clamped=master is None)
         if master is not None:
-            _wire_slave(b, builders[master], served.get(master, ""))
-            served.setdefault(master, b.data["name"])
+            _wire_slave(b, builders[master], first_slaves.get(master, ""))
+            first_slaves.setdefault(master, b.data["name"])
 
 
 def _find_master(loops: Sequence[Loop], i: int, b: TargetBuilder) -> int | None:
@@ -239,15 +239,15 @@ def _find_master(loops: Sequence[Loop], i: int, b: TargetBuilder) -> int | None:
     return outer
 
 
-def _wire_slave(b: TargetBuilder, master: TargetBuilder, other: str) -> None:
+def _wire_slave(b: TargetBuilder, master: TargetBuilder, first_slave: str) -> None:
     slave, name = b.data["name"], master.data["name"]
-    note = f"TRK_IN, TRK_VAL and windup inputs of {name} follow {other} only" if other else ""
+    note = f"TRK_IN, TRK_VAL and windup inputs of {name} follow {first_slave} only" if first_slave else ""
     b.put("SP_CASC", f"{name}.MV", "setpoint.source", note)
-    if other:
+    if first_slave:
         return
     note = f"connections of the cascade with {slave}"
     master.put("TRK_VAL", f"{slave}.PV", None, note)
-    for key, output in OUTPUTS.items():
+    for key, output in SLAVE_OUTPUTS.items():
         master.put(key, f"{slave}.{output}", None, note)
 
 
@@ -263,7 +263,7 @@ D294 = Decision(
     "SP is MinPV where the PV rises with the output, else MaxPV; reported as assumed.",
     "SP must be given. A loop that nobody has given a set point must not open its valve.",
 )
-KEYS = (
+LOOP_KEYS = (
     "name",
     "type",
     "description",
@@ -273,16 +273,16 @@ KEYS = (
     "output",
 )
 """In the order of the file."""
-PERIODS = (1, 0xFFFF)
+PERIOD_LIMITS = (1, 0xFFFF)
 """Cycles of a ControlPWM's period."""
 SHORT_PERIOD = 100
 """Steps of a pulse output below which the report says how to get more."""
-COMPARE = "compare PV in the program"
-BY_PROGRAM = {
+COMPARE_IN_PROGRAM = "compare PV in the program"
+PROGRAM_ADVICE = {
     "pv.square_root": "wire PV to an expression with sqrt",
     "output.pulse.min_on": "drop shorter pulses in the program, behind ControlPWM",
     "output.pulse.min_off": "fill shorter gaps in the program, behind ControlPWM",
-    **dict.fromkeys(ALARMS, COMPARE),
+    **dict.fromkeys(ALARMS, COMPARE_IN_PROGRAM),
 }
 """Neutral fields that the blocks do not have, with what to program instead."""
 HOLDS_MV_NOTE = "the output stays on the way to manual, as figure 16-1 has it"
@@ -321,7 +321,7 @@ class NextopidLoop:
         return self.program.task.cycles_of(self.neutral.sample_time)
 
     @property
-    def time(self) -> Decimal:
+    def interval(self) -> Decimal:
         """The loop's interval in s: a multiple of the task's, as near as can be."""
         return product(self.program.task.interval, Decimal(self.cycles))
 
@@ -347,31 +347,31 @@ def from_neutral(
         stays = bool(operations) and operations[i].manual is Manual.STAYS
         program.moves += bumpless_moves_of(b, loop, len(program.moves), output_stays=stays)
     for b in builders:
-        b.data = {key: b.data[key] for key in KEYS if key in b.data}
+        b.data = {key: b.data[key] for key in LOOP_KEYS if key in b.data}
     plc = {"sample_time": file_number(program.task.interval)}
     target = target_file("nextopid", file, builders, plc=plc, signals=program.signals, blocks=program.blocks)
     target.data |= {"moves": program.moves} if program.moves else {}
     return target
 
 
-def bumpless_moves_of(b: TargetBuilder, loop: Loop, first: int, *, output_stays: bool) -> list[Data]:
+def bumpless_moves_of(b: TargetBuilder, loop: Loop, first_index: int, *, output_stays: bool) -> list[Data]:
     """The moves of figure 16-1: MV into ManualMV in automatic, PV into SP in manual."""
     name, moves = b.data["name"], []
     if output_stays:
         moves.append({"move": f"{name}.MV", "to": f"{name}.ManualMV", "when": f"NOT {name}.Manual"})
-        b.mark(f"/moves.{first}.move", None, HOLDS_MV_NOTE)
+        b.mark(f"/moves.{first_index}.move", None, HOLDS_MV_NOTE)
     if loop.setpoint.follows_pv:
-        b.mark(f"/moves.{first + len(moves)}.move", "setpoint.follows_pv", FOLLOWS_PV_NOTE)
+        b.mark(f"/moves.{first_index + len(moves)}.move", "setpoint.follows_pv", FOLLOWS_PV_NOTE)
         moves.append({"move": f"{name}.PV", "to": f"{name}.SP", "when": f"{name}.Manual"})
     return moves
 
 
-def _time(b: TargetBuilder, n: NextopidLoop) -> None:
+def _sample_time(b: TargetBuilder, n: NextopidLoop) -> None:
     sample_time, task = n.neutral.sample_time, n.program.task
     path, note = "/plc.sample_time", ""
-    if n.time != task.interval:
+    if n.interval != task.interval:
         path, note = "sample_time", f"every {n.cycles} cycles of the task"
-        b.data["sample_time"] = file_number(n.time)
+        b.data["sample_time"] = file_number(n.interval)
     b.mark(path, "sample_time", note, exact=sample_time, clamped=not task.allows(sample_time))
 
 
@@ -390,8 +390,8 @@ def _setpoint(b: TargetBuilder, n: NextopidLoop) -> None:
         b.put("SP", setpoint.value, "setpoint.value")
     if setpoint.limits is None:
         return
-    for i, (end, key, inside) in enumerate(zip(setpoint.limits, ("MinPV", "MaxPV"), (1, -1), strict=True)):
-        if (end - span[i]) * inside > 0:
+    for i, (end, key, sign) in enumerate(zip(setpoint.limits, ("MinPV", "MaxPV"), (1, -1), strict=True)):
+        if (end - span[i]) * sign > 0:
             b.drop(f"setpoint.limits.{i}", f"{key} limits the PV too: limit SP in the program")
         else:
             b.mark(key, f"setpoint.limits.{i}", "" if end == span[i] else f"{key} limits the set point")
@@ -400,18 +400,18 @@ def _setpoint(b: TargetBuilder, n: NextopidLoop) -> None:
 def _equation(b: TargetBuilder, n: NextopidLoop) -> None:
     """The dependent form; the independent one where an integral time would count as none."""
     tuning = n.neutral.tuning
-    gain, integral, derivative, acts = tuning.gain, tuning.integral_time, tuning.derivative_time, tuning.proportional
-    form = ""
+    gain, integral, derivative, p_acts = tuning.gain, tuning.integral_time, tuning.derivative_time, tuning.proportional
+    form_note = ""
     if ZERO < integral < MIN_INTEGRAL_TIME:
-        form = f"a gain (Indep TRUE): below {MIN_INTEGRAL_TIME} s an integral time counts as none"
+        form_note = f"a gain (Indep TRUE): below {MIN_INTEGRAL_TIME} s an integral time counts as none"
         b.data["Indep"] = True
         integral, derivative = to_independent(gain, integral, derivative)
-        b.put("Kp", gain if acts else 0, "tuning.gain")
+        b.put("Kp", gain if p_acts else 0, "tuning.gain")
         b.mark("Kp", "tuning.proportional")
     else:
         b.put("Kp", gain, "tuning.gain")
-        b.put("DisableP", not acts, "tuning.proportional")
-    b.put("Ti_Ki", integral, "tuning.integral_time", form)
+        b.put("DisableP", not p_acts, "tuning.proportional")
+    b.put("Ti_Ki", integral, "tuning.integral_time", form_note)
     b.put("Td_Kd", derivative, "tuning.derivative_time")
     b.put("DerivEr", tuning.derivative_on == "error", "tuning.derivative_on")
 
@@ -446,9 +446,9 @@ def _max_rate(b: TargetBuilder, n: NextopidLoop) -> None:
     rate = n.neutral.output.max_rate
     if rate is None:
         return
-    step = product(rate, n.time)
+    step = product(rate, n.interval)
     if step:
-        b.put("MaxVarMV", step, "output.max_rate", f"per cycle of {decimal_text(n.time)} s", exact=step)
+        b.put("MaxVarMV", step, "output.max_rate", f"per cycle of {decimal_text(n.interval)} s", exact=step)
     else:
         b.drop("output.max_rate", "MaxVarMV 0 is no limit: put the loop into manual to hold its output")
 
@@ -459,7 +459,7 @@ def _pulses(b: TargetBuilder, n: NextopidLoop) -> None:
     if pulse is None:
         return
     exact_period = quotient(pulse.period, interval)
-    period = min(max(round_to_integer(exact_period), PERIODS[0]), PERIODS[1])
+    period = min(max(round_to_integer(exact_period), PERIOD_LIMITS[0]), PERIOD_LIMITS[1])
     name = n.program.names.new_name(n.name, "_PWM")
     low, high = (file_number(end) for end in n.neutral.output.range)
     block = {"name": name, "type": "ControlPWM", "MV": f"{n.name}.MV", "MaxMV": high, "MinMV": low, "Period": period}
@@ -467,19 +467,19 @@ def _pulses(b: TargetBuilder, n: NextopidLoop) -> None:
     note = f"{name}, in cycles of the task of {decimal_text(interval)} s"
     if period < SHORT_PERIOD:
         note += f": the output has {period} steps; a shorter interval (--sample-time) gives more"
-    clamped = not PERIODS[0] <= round_to_integer(exact_period) <= PERIODS[1]
+    clamped = not PERIOD_LIMITS[0] <= round_to_integer(exact_period) <= PERIOD_LIMITS[1]
     b.mark(f"{path}.Period", "output.pulse.period", note, exact=exact_period, clamped=clamped)
 
 
-def _without_place(b: TargetBuilder, n: NextopidLoop) -> None:
+def _drop_unmatched(b: TargetBuilder, n: NextopidLoop) -> None:
     if not n.neutral.anti_windup:
         b.mark("anti_windup", "anti_windup", WINDUP_NOTE, assumed=True)
-    b.drop_all(drop_unmatched(n.neutral, BY_PROGRAM))
+    b.drop_all(unmatched_fields(n.neutral, PROGRAM_ADVICE))
 
 
 FIELDS: Table[TargetBuilder, NextopidLoop] = (
     SameField("description"),
-    _time,
+    _sample_time,
     _direction,
     _setpoint,
     _equation,
@@ -494,7 +494,7 @@ FIELDS: Table[TargetBuilder, NextopidLoop] = (
     _manual,
     _max_rate,
     _pulses,
-    SameField("deadband", "DeadBand", skip_falsy=True, note=MV_HELD_IN_BAND),
-    _without_place,
+    SameField("deadband", "DeadBand", skip_falsy=True, note=MV_HELD_NOTE),
+    _drop_unmatched,
 )
 """Every field in the order of the report."""

@@ -7,7 +7,7 @@ from enum import Enum
 from typing import TYPE_CHECKING, Any, Protocol
 
 from pidcfg.conversion import Change
-from pidcfg.conversion.builder import ZERO, filter_decay, filter_share, filter_time, quotient, round_computed
+from pidcfg.conversion.builder import ZERO, backward_factor, filter_factor, filter_time, quotient, round_computed
 from pidcfg.text.frozen import frozen
 from pidcfg.text.references import Decision
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from decimal import Decimal
 
     from pidcfg.conversion import Kind, NeutralLoop, TargetFile
-    from pidcfg.encoders.contract import Parts
+    from pidcfg.encoders.contract import HasModules
     from pidcfg.encoders.image import Settings
     from pidcfg.schemas.generic import GenericFile, Loop
     from pidcfg.text.paths import Data
@@ -88,8 +88,8 @@ ADDED_ANTI_WINDUP = "without it the integral would run without end, which the so
 class Answer(Enum):
     """What a loop does, in words, and what to do about it in a target that does it."""
 
-    def __init__(self, text: str, cure: str = "") -> None:
-        self.text, self.cure = text, cure
+    def __init__(self, text: str, advice: str = "") -> None:
+        self.text, self.advice = text, advice
 
 
 class Start(Answer):
@@ -156,7 +156,7 @@ class Filter(Answer):
     CYCLIC = "in each cycle of the task, so that a PV on its way comes later by up to half a sample"
 
 
-ALONE = "switch that off where the process must stand still with the PLC"
+STOP_ADVICE = "switch that off where the process must stand still with the PLC"
 
 
 class Stopped(Answer):
@@ -164,8 +164,8 @@ class Stopped(Answer):
 
     UNSAID = "nothing says whether it goes on", "see to it in the PLC"
     STANDS = "it stands still", "let the output module hold, or bring to a safe value, what the process needs"
-    GOES_ON = "it goes on controlling", ALONE
-    AS_GIVEN = "it goes on controlling, as a PLC of this family does", ALONE
+    GOES_ON = "it goes on controlling", STOP_ADVICE
+    AS_GIVEN = "it goes on controlling, as a PLC of this family does", STOP_ADVICE
 
     @property
     def goes_on(self) -> bool:
@@ -173,14 +173,14 @@ class Stopped(Answer):
         return self in {Stopped.GOES_ON, Stopped.AS_GIVEN}
 
 
-OVERSHOOT = "expect more overshoot after the output was at a limit"
+OVERSHOOT_ADVICE = "expect more overshoot after the output was at a limit"
 
 
 class Windup(Answer):
     """What the integral does while the output is at a limit; the further it runs, the higher its rank."""
 
     def __init__(self, rank: int, text: str) -> None:
-        super().__init__(text, OVERSHOOT if rank else "")
+        super().__init__(text, OVERSHOOT_ADVICE if rank else "")
         self.rank = rank
 
     NONE = 0, "the velocity form has no integral of its own"
@@ -211,14 +211,16 @@ class Smoothing(Answer):
     EXACT = "a sample lets 1 - e^(-Ts/Tf) of a change through"
     BACKWARD = "a sample lets Ts/(Ts + Tf) of a change through"
 
-    def share(self, time: Decimal, sample: Decimal) -> Decimal:
+    def pass_share(self, time: Decimal, sample_time: Decimal) -> Decimal:
         """What a sample lets through with a time constant."""
-        return filter_share(time, sample) if self is Smoothing.EXACT else filter_decay(sample, time)
+        return filter_factor(time, sample_time) if self is Smoothing.EXACT else backward_factor(sample_time, time)
 
-    def time(self, share: Decimal, sample: Decimal) -> Decimal:
+    def time(self, factor: Decimal, sample_time: Decimal) -> Decimal:
         """The time constant with which a sample lets a share through."""
         return (
-            filter_time(share, sample) if self is Smoothing.EXACT else round_computed(quotient(sample, share) - sample)
+            filter_time(factor, sample_time)
+            if self is Smoothing.EXACT
+            else round_computed(quotient(sample_time, factor) - sample_time)
         )
 
 
@@ -245,7 +247,7 @@ class VendorSettings:
     """Where loops stand; with an option, which may move them, none of these is kept."""
     choices: Mapping[str, str] = field(default_factory=dict)
     """What belongs to the PLC and its modules, each with the option that says otherwise; empty: none does."""
-    scales: Callable[[Any, Sequence[int]], Data] = lambda _config, _kept: {}
+    scale_options: Callable[[Any, Sequence[int]], Data] = lambda _config, _kept: {}
     """Options that gains and times depend on, as the loops at some places of a file have them."""
     hand: Hand = Hand.LIMITED
     zero: Zero = Zero.OF_UNIT
@@ -265,7 +267,7 @@ class Operation:
     deadband: Deadband = Deadband.AS_ZERO
     has_edge: bool = False
     """Whether an error as large as the deadband lies in it."""
-    squared: bool = False
+    squares_error: bool = False
     """Whether the error is squared, as a share of the range and with its sign."""
     slowest_integral: Decimal = ZERO
     """The integral time in s of a loop that has none, where a PLC cannot do without; 0: it can."""
@@ -295,7 +297,7 @@ class Operation:
 
 def differing_rules(before: Operation, after: Operation, loop: Loop, *, is_master: bool) -> Iterator[Change]:
     """A line for each rule that is another one in the target; ``is_master``: both sides have a loop that reads it."""
-    integral = bool(loop.tuning.integral_time)
+    has_integral = bool(loop.tuning.integral_time)
     if loop.mode != "manual":
         yield from _rule_line("start", before.start, after.start)
     if before.stopped.goes_on != after.stopped.goes_on:
@@ -303,11 +305,11 @@ def differing_rules(before: Operation, after: Operation, loop: Loop, *, is_maste
     yield from _rule_line("manual", before.manual, after.manual, loss=after.manual is Manual.JUMPS)
     if has_narrow_limits(loop):
         yield from _rule_line("hand", before.hand, after.hand)
-    if (loop.output.range[0] or (integral and loop.output.bias)) and (
+    if (loop.output.range[0] or (has_integral and loop.output.bias)) and (
         loop.output.manual is None or loop.mode != "manual"
     ):
         yield from _rule_line("zero", before.zero, after.zero)
-    if integral:
+    if has_integral:
         jumps_back = after.transfer is Transfer.AS_BEFORE
         yield from _rule_line("transfer", before.transfer, after.transfer, loss=jumps_back)
         is_worse = _windup_rank(after.windup, loop) > _windup_rank(before.windup, loop)
@@ -328,7 +330,7 @@ def differing_rules(before: Operation, after: Operation, loop: Loop, *, is_maste
         yield from _rule_line("master", before.master, after.master, loss=integrates)
 
 
-KICK = (
+KICK_NOTE = (
     "a kick of the derivative that a limit cuts off goes into the {side} integral: "
     "after a step of the set point the PV goes another way"
 )
@@ -337,10 +339,10 @@ KICK = (
 def _windup_lines(before: Windup, after: Windup, loop: Loop, *, loss: bool) -> Iterator[Change]:
     """A line about the integral at a limit; with a derivative of the error, what becomes of its kick at a step."""
     kicks = bool(loop.tuning.derivative_time) and loop.tuning.derivative_on == "error"
-    takes = [side is Windup.WORKED_OUT for side in (before, after)]
+    takes_kick = [side is Windup.WORKED_OUT for side in (before, after)]
     for change in _rule_line("windup", before, after, loss=loss, neutral="anti_windup"):
-        if kicks and takes[0] != takes[1]:
-            note = KICK.format(side="source's" if takes[0] else "target's")
+        if kicks and takes_kick[0] != takes_kick[1]:
+            note = KICK_NOTE.format(side="source's" if takes_kick[0] else "target's")
             yield replace(change, note="; ".join(filter(None, (change.note, note))))
         else:
             yield change
@@ -374,7 +376,7 @@ def _smoothing_lines(before: Smoothing | None, after: Smoothing | None, loop: Lo
     time, sample = loop.tuning.derivative_filter, loop.sample_time
     if before is None or after is None or before is after or not (time and loop.tuning.derivative_time):
         return
-    share_before, share_after = (rule.share(time, sample) for rule in (before, after))
+    share_before, share_after = (rule.pass_share(time, sample) for rule in (before, after))
     equal_time = after.time(share_before, sample)
     note = (
         f"{100 * share_after:.3g} % instead of {100 * share_before:.3g} %; with {equal_time:.3g} s it would be the same"
@@ -386,7 +388,7 @@ def _rule_line(rule: str, before: Answer, after: Answer, *, loss: bool = False, 
     """A line where the answers differ; overshoot is to be expected of a loss only."""
     if before is after:
         return
-    note = after.cure if loss or not isinstance(after, Windup) else ""
+    note = after.advice if loss or not isinstance(after, Windup) else ""
     kind: Kind = "dropped" if loss else "assumed"
     names = (neutral,) if neutral else ()
     yield Change(f"{PREFIX}{rule}", kind, before.text, after.text, note=note, loss=loss, neutral=names)
@@ -403,7 +405,7 @@ class Source(Protocol):
         """What a conversion within the vendor keeps."""
 
     @property
-    def NOTHING_LOST(self) -> Mapping[str, str]:  # noqa: N802 - a constant of the module
+    def HARMLESS_FIELDS(self) -> Mapping[str, str]:  # noqa: N802 - a constant of the module
         """Keys that may be left out, and why nothing is lost then."""
 
     def to_neutral(self, config: Any, /) -> list[NeutralLoop]:
@@ -420,13 +422,13 @@ class Target(Protocol):
         """The configuration with the exact values."""
 
 
-def source_of(vendor: Parts) -> Source:
+def source_of(vendor: HasModules) -> Source:
     """How a vendor's configurations become neutral."""
     source: Source = vendor.module("to_neutral")
     return source
 
 
-def target_of(vendor: Parts) -> Target:
+def target_of(vendor: HasModules) -> Target:
     """How a vendor's configurations are made of neutral ones."""
     target: Target = vendor.module("from_neutral")
     return target

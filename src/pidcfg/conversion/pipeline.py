@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 from pydantic import BaseModel, TypeAdapter, ValidationError
 
 from pidcfg.conversion import (
-    COMMON,
+    COMMON_FIELDS,
     DEFAULT_MAX_LOSS,
     QUANTITY_OF_FIELD,
     Change,
     ConvertError,
     FieldIndex,
-    Missing,
+    MissingField,
     NeutralLoop,
     Stored,
     TargetFile,
@@ -63,11 +63,11 @@ if TYPE_CHECKING:
 
 REGISTER_PRECISION = Decimal("2e-7")
 """Relative error that counts as none: what single precision makes of a decimal."""
-ROUNDS = 3
+MAX_CLAMP_PASSES = 3
 """A clamped value is encoded again, and may then be beyond what a register holds together with others."""
 
 
-def settle_values(file: TargetFile, target: Vendor) -> list[dict[str, Stored]]:
+def fit_to_registers(file: TargetFile, target: Vendor) -> list[dict[str, Stored]]:
     """Puts the values that the target can hold into a file; what became of each field, by loop.
 
     Raises `ConvertError` for a value that cannot be clamped, such as a name that is too long.
@@ -77,15 +77,15 @@ def settle_values(file: TargetFile, target: Vendor) -> list[dict[str, Stored]]:
         for i, fields in enumerate(file.fields)
     ]
     clamped: dict[Path, Stored] = {}
-    for _ in range(ROUNDS):
+    for _ in range(MAX_CLAMP_PASSES):
         model = validate_data(target, file.data)
         encoding = encoder_of(target).encode(model)
-        outside = _clamp_to_registers(file.data, encoding, target)
-        outside |= _clamp_to_limits(file, model, outside)
-        clamped |= outside
-        if all(value_at(file.data, path) == stored.value for path, stored in outside.items()):
+        newly_clamped = _clamp_to_registers(file.data, encoding, target)
+        newly_clamped |= _clamp_to_limits(file, model, newly_clamped)
+        clamped |= newly_clamped
+        if all(value_at(file.data, path) == stored.value for path, stored in newly_clamped.items()):
             break
-        for path, stored in outside.items():
+        for path, stored in newly_clamped.items():
             set_value(file.data, path, stored.value)
     image = encoding.image
     file.model, file.encoding = model, encoding
@@ -97,7 +97,7 @@ def settle_values(file: TargetFile, target: Vendor) -> list[dict[str, Stored]]:
     rows: list[dict[str, Stored]] = []
     for i, fields in enumerate(file.fields):
         other_numbers = {f.path: (f.exact, f.held) for f in fields if f.exact and f.held}
-        sizes = {f.path for f in fields if f.neutral in QUANTITY_OF_FIELD}  # decoding leaves out a size that is 0
+        size_fields = {f.path for f in fields if f.neutral in QUANTITY_OF_FIELD}  # decoding leaves out a size that is 0
         row = {}
         for key, value in values_wanted[i].items():
             path = path_in_file(i, key)
@@ -107,7 +107,7 @@ def settle_values(file: TargetFile, target: Vendor) -> list[dict[str, Stored]]:
             stored_number = (
                 rounded_numbers[path] if path in rounded_numbers else number_of(read_back(model, decoded, path))
             )
-            if stored_number is None and key in sizes:
+            if stored_number is None and key in size_fields:
                 stored_number = Decimal(0)
             row[key] = _stored_in_register(file.data, path, number_of(value), stored_number, widths.get(path))
             if key in other_numbers:
@@ -131,31 +131,31 @@ def validate_data(target: Vendor, data: dict[str, object]) -> Any:
         first = error.errors(include_url=False)[0]
         text = (first.get("ctx") or {}).get("text", first["msg"])
         path = tuple(first["loc"])
-        raise ConvertError([Missing(path, f"{dotted_text(path)}: {text}")]) from None
+        raise ConvertError([MissingField(path, f"{dotted_text(path)}: {text}")]) from None
 
 
 def _clamp_to_registers(data: Mapping[str, object], encoding: AnyEncoding, target: Vendor) -> dict[Path, Stored]:
     """Numbers that registers cannot hold, brought to the end that they hold."""
-    outside: dict[Path, Stored] = {}
+    clamped: dict[Path, Stored] = {}
     for path, misfit in encoding.misfits:
         low, high = misfit.error.low, misfit.error.high
         value = value_at(data, path)
         number = number_of(value)
         if number is None or low is None or high is None or misfit.error.fault != "range":
-            raise ConvertError([Missing(path, f"{misfit.word.name} {value}: {misfit.error}")])
+            raise ConvertError([MissingField(path, f"{misfit.word.name} {value}: {misfit.error}")])
         bound = plain_number(min(max(number, low), high))
-        outside[path] = Stored(bound, "clamped", note=f"{target.title} holds {low} to {high}")
-    return outside
+        clamped[path] = Stored(bound, "clamped", note=f"{target.title} holds {low} to {high}")
+    return clamped
 
 
 def _clamp_to_limits(file: TargetFile, model: BaseModel, clamped: Mapping[Path, Stored]) -> dict[Path, Stored]:
     """Numbers that the manual does not allow, brought to the end that it allows; some are ``clamped`` already."""
-    outside: dict[Path, Stored] = {}
+    clamped_values: dict[Path, Stored] = {}
     for i, fields in enumerate(file.fields):
         for field in fields:
             path = path_in_file(i, field.path)
-            of_file = field.path.startswith("/")
-            owner: type[BaseModel] = type(model if of_file else value_at(model, ("loops", i)))
+            is_file_field = field.path.startswith("/")
+            owner: type[BaseModel] = type(model if is_file_field else value_at(model, ("loops", i)))
             number = number_of(clamped[path].value if path in clamped else value_at(model, path))
             limits = None if number is None else limits_at(owner, field.path.lstrip("/"))
             if limits is None or number is None or limits.holds(number):
@@ -164,8 +164,8 @@ def _clamp_to_limits(file: TargetFile, model: BaseModel, clamped: Mapping[Path, 
             bound = low if low is not None and number < low else high
             if bound is not None:
                 note = f"allowed is {limits.low} to {limits.high}"
-                outside[path] = Stored(plain_number(bound), "clamped", note=note)
-    return outside
+                clamped_values[path] = Stored(plain_number(bound), "clamped", note=note)
+    return clamped_values
 
 
 def _scale_widths(encoding: AnyEncoding) -> Iterator[tuple[Path, Decimal]]:
@@ -180,24 +180,24 @@ def _stored_in_register(
 
     A position is off by a share of ``width``, that of its scale: beside 0 a count would be many times the value.
     """
-    written = value_at(data, path)
+    file_value = value_at(data, path)
     if wanted_value is None or held_value is None:
-        return Stored(written)
+        return Stored(file_value)
     size = abs(wanted_value) or Decimal(1)
     if abs(held_value - wanted_value) <= REGISTER_PRECISION * size:
-        return Stored(written)
+        return Stored(file_value)
     error = abs(held_value - wanted_value) / (width or size)
-    if not isinstance(written, str):
-        written = plain_number(held_value)
-        set_value(data, path, written)
-    return Stored(written, "rounded", float(error * 100))
+    if not isinstance(file_value, str):
+        file_value = plain_number(held_value)
+        set_value(data, path, file_value)
+    return Stored(file_value, "rounded", float(error * 100))
 
 
-def _stored_as_other_kind(written: object, wanted_value: Decimal, held_value: Decimal) -> Stored:
+def _stored_as_other_kind(file_value: object, wanted_value: Decimal, held_value: Decimal) -> Stored:
     """What a field means where its number in the file is of another kind, or shorter than what the memory holds."""
     error = abs(held_value - wanted_value) / abs(wanted_value)
     if error <= REGISTER_PRECISION:
-        return Stored(written)
+        return Stored(file_value)
     return Stored(plain_number(Decimal(f"{held_value:.4g}")), "rounded", float(error * 100))
 
 
@@ -240,30 +240,30 @@ def _field_reader(model: type[BaseModel], key: str) -> TypeAdapter[object]:
 
 
 def own_setting_lines(
-    config: ConfigurationFile, vendor: Vendor, places: Sequence[int], options: Mapping[str, object]
+    config: ConfigurationFile, vendor: Vendor, source_loops: Sequence[int], options: Mapping[str, object]
 ) -> dict[int, list[Change]]:
     """What the loops at some places of a file keep within their vendor, as lines by their number in the result."""
-    own = source_of(vendor).OWN_SETTINGS
-    paths = [path for path, option in own.choices.items() if option not in options]
-    paths += () if options else own.addresses
-    held = _as_data(config, vendor) if paths else {}
+    own_settings = source_of(vendor).OWN_SETTINGS
+    paths = [path for path, option in own_settings.choices.items() if option not in options]
+    paths += () if options else own_settings.addresses
+    data = _plain_data(config, vendor) if paths else {}
     lines: dict[int, list[Change]] = {}
-    for j, i in enumerate(places):
-        found = [(path, value_at(held, path_in_file(i, path))) for path in paths if not (path.startswith("/") and j)]
-        found = [(path, _stated_default(config, path) if value is None else value) for path, value in found]
+    for j, i in enumerate(source_loops):
+        values = [(path, value_at(data, path_in_file(i, path))) for path in paths if not (path.startswith("/") and j)]
+        values = [(path, _given_default(config, path) if value is None else value) for path, value in values]
         lines[j] = [
-            Change(path, "exact", value, value, target_field=path) for path, value in found if value is not None
+            Change(path, "exact", value, value, target_field=path) for path, value in values if value is not None
         ]
     return lines
 
 
-def _stated_default(config: ConfigurationFile, path: str) -> Any:
+def _given_default(config: ConfigurationFile, path: str) -> Any:
     """A choice that the file gives although it is the default; decoding leaves those of the PLC out."""
     keys = path.removeprefix("/").split(".")
     return value_at(config, keys) if path.startswith("/") and is_given(config, keys) else None
 
 
-def _as_data(config: ConfigurationFile, vendor: Vendor) -> dict[str, object]:
+def _plain_data(config: ConfigurationFile, vendor: Vendor) -> dict[str, object]:
     """A file as plain data; nothing where its words are no values."""
     image = encoder_of(vendor).encode(config).image
     try:
@@ -280,28 +280,28 @@ def write_own_settings(data: dict[str, object], lines: Mapping[int, Sequence[Cha
             set_value(data, path_in_file(j, row.field), row.target)
 
 
-def merge_own_lines(rows: Sequence[Change], own_rows: Sequence[Change], of_file: Collection[str]) -> Iterator[Change]:
-    """The lines of a loop, in which what is kept is neither assumed nor dropped; ``of_file``: fields of the file."""
+def merge_own_lines(rows: Sequence[Change], own_rows: Sequence[Change], file_keys: Collection[str]) -> Iterator[Change]:
+    """The lines of a loop, in which what is kept is neither assumed nor dropped; ``file_keys``: fields of the file."""
     own_by_field = {row.field: row for row in own_rows}
     for row in rows:
-        if f"/{row.field}" in of_file:
+        if f"/{row.field}" in file_keys:
             continue
         line = own_by_field.pop(row.field, None)
         yield row if line is None else replace(line, neutral=row.neutral)
     yield from own_by_field.values()
 
 
-ENDS = ("0", "1")
+RANGE_ENDS = ("0", "1")
 """Last steps of the neutral names of a range's ends, for which some vendors have one field."""
 
 # --- Fields that a file gives and no line of the report speaks of: a line for each, so that none is lost silently -----
 #
-# Those that mean nothing to another PLC are in the vendor's table of what is lost harmlessly (`NOTHING_LOST`), each
+# Those that mean nothing to another PLC are in the vendor's table of what is lost harmlessly (`HARMLESS_FIELDS`), each
 # with its reason; any other is a loss, so that a new field cannot be forgotten.
 
-WITH_LOOP = "part of a block that goes with its loop"
-WITH_READER = "its value goes with what reads it"
-UNKNOWN = "no conversion knows this field: see what it does in the source, and program it"
+KEPT_BLOCK_NOTE = "part of a block that goes with its loop"
+READ_SIGNAL_NOTE = "its value goes with what reads it"
+UNKNOWN_FIELD_NOTE = "no conversion knows this field: see what it does in the source, and program it"
 
 
 def unreported_fields(
@@ -315,11 +315,11 @@ def unreported_fields(
         key, text = dotted_text(path), _plain_value(value)
         if any(do_overlap(key, row.field) for row in rows):
             continue
-        if key in COMMON and target.get(key) == value:
+        if key in COMMON_FIELDS and target.get(key) == value:
             yield Change(key, "exact", text, text, neutral=(key,), target_field=key)
         else:
             reason = next((text for path, text in reasons.items() if f"{key}.".startswith(f"{path}.")), None)
-            yield Change(key, "dropped", text, None, note=reason or UNKNOWN, loss=reason is None)
+            yield Change(key, "dropped", text, None, note=reason or UNKNOWN_FIELD_NOTE, loss=reason is None)
 
 
 def fields_of_loop(config: ConfigurationFile, i: int, *, with_plc: bool) -> Iterator[tuple[Path, object]]:
@@ -330,18 +330,16 @@ def fields_of_loop(config: ConfigurationFile, i: int, *, with_plc: bool) -> Iter
         yield from _fields_as_spelled(plc, ("plc",))
 
 
-def _fields_as_spelled(model: BaseModel, above: Path = ()) -> Iterator[tuple[Path, object]]:
+def _fields_as_spelled(model: BaseModel, outer: Path = ()) -> Iterator[tuple[Path, object]]:
     """The fields that a file gives of a model; addresses by their names, as the file has them."""
     fields = type(model).model_fields
     spellings = {key: mark.spell for key, row in fields.items() for mark in row.metadata if isinstance(mark, Parser)}
-    for path, value in given_fields(model, above):
-        spell = spellings.get(str(path[-1])) if len(path) == len(above) + 1 else None
+    for path, value in given_fields(model, outer):
+        spell = spellings.get(str(path[-1])) if len(path) == len(outer) + 1 else None
         yield path, spell(value) if spell is not None and isinstance(value, int) else value
 
 
-def items_beside_loops(
-    config: ConfigurationFile, rows: Sequence[Change], reasons: Mapping[str, str]
-) -> Iterator[Change]:
+def unreported_items(config: ConfigurationFile, rows: Sequence[Change], reasons: Mapping[str, str]) -> Iterator[Change]:
     """Blocks, signals and moves that stand beside the loops and go with one of them; ``rows`` of all loops.
 
     ``reasons``: why nothing is lost of some of them.
@@ -352,17 +350,17 @@ def items_beside_loops(
         for path, value in given_fields(block):
             key = f"blocks.{block.name}.{dotted_text(path)}"
             if not reported.has_overlap(key):
-                note = WITH_LOOP if is_reported else UNKNOWN
+                note = KEPT_BLOCK_NOTE if is_reported else UNKNOWN_FIELD_NOTE
                 yield Change(key, "dropped", _plain_value(value), None, note=note, loss=not is_reported)
     for name, value in getattr(config, "signals", {}).items():
         if not reported.has_overlap(f"signals.{name}"):
-            yield Change(f"signals.{name}", "dropped", _plain_value(value), None, note=WITH_READER)
+            yield Change(f"signals.{name}", "dropped", _plain_value(value), None, note=READ_SIGNAL_NOTE)
     for i, move in enumerate(getattr(config, "moves", ())):
         key = f"moves.{i}"
         if not reported.has_overlap(key):
             reason = reasons.get(key)
             text = f"{_plain_value(move.move)} to {move.to}"
-            yield Change(key, "dropped", text, None, note=reason or UNKNOWN, loss=reason is None)
+            yield Change(key, "dropped", text, None, note=reason or UNKNOWN_FIELD_NOTE, loss=reason is None)
 
 
 def _plain_value(value: object) -> Any:
@@ -376,11 +374,11 @@ def _plain_value(value: object) -> Any:
 # A loop that cannot go, because it says too little or the target cannot hold it at all, does not stop the others: it
 # is left out, with its reasons, and the rest is converted without it.
 
-__all__ = ["ConvertError", "Converted", "LoopReport", "convert", "generic_file", "neutral_loops"]
+__all__ = ["ConvertError", "ConvertedFile", "LoopReport", "convert", "generic_file", "neutral_loops"]
 
 
 DERIVATIVE_ON = "tuning.derivative_on"
-FIRST_OUTPUT = "the output that the loop begins with: limits hold in Manual, too"
+FIRST_OUTPUT_NOTE = "the output that the loop begins with: limits hold in Manual, too"
 
 
 class LoopReport(NamedTuple):
@@ -395,7 +393,7 @@ class LoopReport(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Converted:
+class ConvertedFile:
     """The target's file as plain data and as its model, and the report by loop; its registers when asked for."""
 
     vendor: Vendor
@@ -403,7 +401,7 @@ class Converted:
     loops: tuple[LoopReport, ...]
     config: ConfigurationFile
     """The file as the vendor's model."""
-    missing: tuple[Missing, ...] = ()
+    missing: tuple[MissingField, ...] = ()
     """What the loops that were dropped lack, by their places in the source."""
 
     @property
@@ -412,7 +410,7 @@ class Converted:
         return any(loop.status == "dropped" or any(row.loss for row in loop.changes) for loop in self.loops)
 
     @property
-    def source_places(self) -> tuple[int, ...]:
+    def source_loops(self) -> tuple[int, ...]:
         """The places in the source of the loops that went over."""
         return tuple(i for i, loop in enumerate(self.loops) if loop.status == "converted")
 
@@ -446,7 +444,7 @@ def convert(
     *,
     max_loss: MaxLoss = DEFAULT_MAX_LOSS,
     excluded: Mapping[int, str] | None = None,
-) -> Converted:
+) -> ConvertedFile:
     """The same loops for another vendor, with what became of every field.
 
     ``options``: where things go that the source does not say, by the keys of the target's `CONVERT_OPTIONS`.
@@ -455,40 +453,40 @@ def convert(
     """
     loops: list[NeutralLoop] = source_of(source).to_neutral(config)
     if not loops:
-        raise ConvertError([Missing(("loops",), "there is no loop to convert: add one")])
-    dropped = {i: [Missing(("loops", i), reason)] for i, reason in (excluded or {}).items()}
-    dropped |= {i: loop.missing for i, loop in enumerate(loops) if loop.missing}
+        raise ConvertError([MissingField(("loops",), "there is no loop to convert: add one")])
+    problems = {i: [MissingField(("loops", i), reason)] for i, reason in (excluded or {}).items()}
+    problems |= {i: loop.missing for i, loop in enumerate(loops) if loop.missing}
     while True:
-        kept_places = [i for i in range(len(loops)) if i not in dropped]
-        missing = tuple(entry for i in sorted(dropped) for entry in dropped[i])
-        if not kept_places:
+        kept_loops = [i for i in range(len(loops)) if i not in problems]
+        missing = tuple(entry for i in sorted(problems) for entry in problems[i])
+        if not kept_loops:
             raise ConvertError(list(missing))
         try:
-            outcome = _Conversion(config, source, target, [loops[i] for i in kept_places], kept_places)
-            return outcome.result(_options_of_kept_loops(options, kept_places, len(loops)), max_loss, missing)
+            outcome = _Conversion(config, source, target, [loops[i] for i in kept_loops], kept_loops)
+            return outcome.result(_options_of_kept_loops(options, kept_loops, len(loops)), max_loss, missing)
         except ConvertError as error:
-            dropped |= _problems_by_loop(error, kept_places)
+            problems |= _problems_by_loop(error, kept_loops)
 
 
-def _options_of_kept_loops(options: Mapping[str, object], kept_places: Sequence[int], count: int) -> dict[str, object]:
+def _options_of_kept_loops(options: Mapping[str, object], kept_loops: Sequence[int], count: int) -> dict[str, object]:
     """Options without what they say of loops that are left out; one value alone is where all begin."""
     return {
-        key: [item for i, item in enumerate(value) if i in kept_places or i >= count]
+        key: [item for i, item in enumerate(value) if i in kept_loops or i >= count]
         if isinstance(value, list) and len(value) > 1
         else value
         for key, value in options.items()
     }
 
 
-def _problems_by_loop(error: ConvertError, places: Sequence[int]) -> dict[int, list[Missing]]:
+def _problems_by_loop(error: ConvertError, source_loops: Sequence[int]) -> dict[int, list[MissingField]]:
     """The problems of an error by loop of the source; raises it again where one is not about a loop."""
-    problems: dict[int, list[Missing]] = {}
+    problems: dict[int, list[MissingField]] = {}
     for entry in error.missing:
-        top, *below = entry.path
-        if top != "loops" or not below or not isinstance(below[0], int):
+        top, *inner = entry.path
+        if top != "loops" or not inner or not isinstance(inner[0], int):
             raise error
-        place = places[below[0]]
-        problems.setdefault(place, []).append(Missing(("loops", place, *below[1:]), entry.message))
+        source_loop = source_loops[inner[0]]
+        problems.setdefault(source_loop, []).append(MissingField(("loops", source_loop, *inner[1:]), entry.message))
     return problems
 
 
@@ -500,34 +498,36 @@ class _Conversion:
     source: Vendor
     target: Vendor
     loops: list[NeutralLoop]
-    source_places: list[int]
+    source_loops: list[int]
     """Their places in the source."""
 
-    def result(self, options: Mapping[str, object], max_loss: MaxLoss, missing: tuple[Missing, ...]) -> Converted:
+    def result(
+        self, options: Mapping[str, object], max_loss: MaxLoss, missing: tuple[MissingField, ...]
+    ) -> ConvertedFile:
         """The target's file, and the report."""
         operations: list[Operation] = source_of(self.source).operations(self.config)
-        before = [operations[i] for i in self.source_places]
+        before = [operations[i] for i in self.source_loops]
         generic = generic_file(self.config, self.loops)
-        first = self._first_outputs(generic.loops, before)
-        with_outputs = [_with_output(loop, first.get(j)) for j, loop in enumerate(generic.loops)]
+        outputs = self._first_outputs(generic.loops, before)
+        with_outputs = [_set_manual_output(loop, outputs.get(j)) for j, loop in enumerate(generic.loops)]
         generic = generic.model_copy(update={"loops": tuple(with_outputs)})
         own_lines: dict[int, list[Change]] = {}
         if self.source is self.target:
-            own_lines = own_setting_lines(self.config, self.source, self.source_places, options)
-            scales = source_of(self.source).OWN_SETTINGS.scales(self.config, self.source_places)
+            own_lines = own_setting_lines(self.config, self.source, self.source_loops, options)
+            scales = source_of(self.source).OWN_SETTINGS.scale_options(self.config, self.source_loops)
             options = {**scales, **options}  # what gains and times depend on, unless the options say it
         file: TargetFile = target_of(self.target).from_neutral(generic, options, before)
         write_own_settings(file.data, own_lines)
-        stored = settle_values(file, self.target)
+        stored = fit_to_registers(file, self.target)
         model = validate_data(self.target, file.data) if file.model is None else file.model
         sides = Sides(
             generic.loops, before, source_of(self.target).to_neutral(model), source_of(self.target).operations(model)
         )
-        reports = {i: self._loop_lines(j, file, stored[j], sides, own_lines) for j, i in enumerate(self.source_places)}
-        reports = self._with_counts(reports, model, file.encoding)
-        reports |= {self.source_places[j]: list(map(_mark_first_output, reports[self.source_places[j]])) for j in first}
+        reports = {i: self._loop_lines(j, file, stored[j], sides, own_lines) for j, i in enumerate(self.source_loops)}
+        reports = self._add_count_distances(reports, model, file.encoding)
+        reports |= {self.source_loops[j]: list(map(_mark_first_output, reports[self.source_loops[j]])) for j in outputs}
         reported = [row for rows in reports.values() for row in rows]
-        reports[self.source_places[0]] += items_beside_loops(self.config, reported, self._reasons_beside())
+        reports[self.source_loops[0]] += unreported_items(self.config, reported, self._harmless_reasons())
         reasons = {entry.path[1]: entry.message for entry in reversed(missing)}
         report = tuple(
             LoopReport(loop.name, tuple(judge_change(row, max_loss) for row in reports[i]))
@@ -535,7 +535,7 @@ class _Conversion:
             else LoopReport(loop.name, (), "dropped", reasons[i])
             for i, loop in enumerate(self.config.loops)
         )
-        return Converted(self.target, file.data, report, model, missing)
+        return ConvertedFile(self.target, file.data, report, model, missing)
 
     def _first_outputs(self, loops: Sequence[Loop], before: Sequence[Operation]) -> dict[int, Decimal]:
         """The outputs with which loops begin in Manual, where the target would begin with another one."""
@@ -544,33 +544,33 @@ class _Conversion:
         return {
             j: output
             for j, output in outputs.items()
-            if first_output(rules, _with_output(loops[j], output)) != first_output(rules, loops[j])
+            if first_output(rules, _set_manual_output(loops[j], output)) != first_output(rules, loops[j])
         }
 
-    def _with_counts(
+    def _add_count_distances(
         self, reports: Mapping[int, Sequence[Change]], model: Any, encoding: AnyEncoding
     ) -> dict[int, list[Change]]:
         """The lines of all loops; an exact one says how far the words are apart where one side rounds to counts."""
         source_excess = rounding_excesses(self.config, encoder_of(self.source).encode(self.config))
         target_excess = rounding_excesses(model, encoding)
 
-        def line(row: Change, i: int, j: int) -> Change:
+        def add_distance(row: Change, i: int, j: int) -> Change:
             if row.kind != "exact" or not row.target_field:
                 return row
-            ends = ["", *(f".{name[-1]}" for name in row.neutral if name[-1] in ENDS)]
-            first = next(
+            ends = ["", *(f".{name[-1]}" for name in row.neutral if name[-1] in RANGE_ENDS)]
+            excess = next(
                 (source_excess[path] for end in ends if (path := path_in_file(i, row.field + end)) in source_excess),
                 None,
             )
-            apart = counts_between(first, target_excess.get(path_in_file(j, row.target_field)))
+            apart = counts_between(excess, target_excess.get(path_in_file(j, row.target_field)))
             return replace(row, counts_apart=apart) if apart else row
 
-        places = {i: j for j, i in enumerate(self.source_places)}
-        return {i: [line(row, i, places[i]) for row in rows] for i, rows in reports.items()}
+        places = {i: j for j, i in enumerate(self.source_loops)}
+        return {i: [add_distance(row, i, places[i]) for row in rows] for i, rows in reports.items()}
 
-    def _reasons_beside(self) -> dict[str, str]:
+    def _harmless_reasons(self) -> dict[str, str]:
         """Why nothing is lost of what stands beside the loops."""
-        return {path: reason for loop in self.loops for path, reason in loop.items_beside.items()}
+        return {path: reason for loop in self.loops for path, reason in loop.harmless_items.items()}
 
     def _loop_lines(
         self,
@@ -594,11 +594,11 @@ class _Conversion:
         )
         worse_fields = {name for line in lines if line.loss for name in line.neutral}
         rows = [_mark_assumed(row) if worse_fields.intersection(row.neutral) else row for row in rows] + lines
-        fields_given = fields_of_loop(self.config, self.source_places[j], with_plc=j == 0)
+        fields_given = fields_of_loop(self.config, self.source_loops[j], with_plc=j == 0)
         reported = [*rows, *(replace(row, field=row.field.removeprefix("/")) for row in own_rows)]
         return [
             *rows,
-            *unreported_fields(fields_given, reported, source_of(self.source).NOTHING_LOST, file.data["loops"][j]),
+            *unreported_fields(fields_given, reported, source_of(self.source).HARMLESS_FIELDS, file.data["loops"][j]),
         ]
 
 
@@ -618,7 +618,7 @@ def _derivative_line(rows: Sequence[Change], before: Loop, after: Loop) -> Itera
         )
 
 
-def _with_output(loop: Loop, output: Decimal | None) -> Loop:
+def _set_manual_output(loop: Loop, output: Decimal | None) -> Loop:
     """A loop that begins in Manual with an output."""
     if output is None:
         return loop
@@ -629,7 +629,7 @@ def _mark_first_output(row: Change) -> Change:
     """A line about the output in Manual that the source's limits, or its own zero, make another one."""
     if "output.manual" not in row.neutral or row.kind != "exact":
         return row
-    return replace(row, kind="assumed", note="; ".join(filter(None, (row.note, FIRST_OUTPUT))))
+    return replace(row, kind="assumed", note="; ".join(filter(None, (row.note, FIRST_OUTPUT_NOTE))))
 
 
 def _mark_assumed(row: Change) -> Change:
@@ -651,11 +651,11 @@ class Sides:
         loop = self.after[j]
         if loop.missing:
             return None
-        held = Loop.model_validate(loop.data)
-        link = held.setpoint.model_copy(
-            update={"source": self._source_names.get(held.setpoint.source, held.setpoint.source)}
+        target_loop = Loop.model_validate(loop.data)
+        link = target_loop.setpoint.model_copy(
+            update={"source": self._source_names.get(target_loop.setpoint.source, target_loop.setpoint.source)}
         )
-        return held.model_copy(update={"setpoint": link})
+        return target_loop.model_copy(update={"setpoint": link})
 
     def is_master(self, j: int) -> bool:
         """Whether another loop takes its set point from this one, on both sides."""
@@ -677,11 +677,11 @@ def _is_default(loop: BaseModel, field: str) -> bool:
     """Whether a neutral field is at its default or harmless: what a loop is like that does not give it."""
     if field == HYSTERESIS and not has_alarms(loop):
         return True
-    item: Any = loop
+    value: Any = loop
     for key in parse_path(field):
-        if not isinstance(item, BaseModel) or key not in type(item).model_fields:
+        if not isinstance(value, BaseModel) or key not in type(value).model_fields:
             return False
-        default, item = type(item).model_fields[str(key)].default, getattr(item, str(key))
-        if item == default:
+        default, value = type(value).model_fields[str(key)].default, getattr(value, str(key))
+        if value == default:
             return True
-    return is_harmless(field, item)
+    return is_harmless(field, value)

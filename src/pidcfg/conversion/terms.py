@@ -48,12 +48,12 @@ from pidcfg.vendors import Vendor
 
 # --- The values of a configuration one by one, each with the unit that a reader needs ---------------------------------
 
-RANGES = ("range", "input_range")
-GAINS = {"percent": "%/pv", "engineering": "output/pv"}
+RANGE_KEYS = ("range", "input_range")
+GAIN_UNITS = {"percent": "%/pv", "engineering": "output/pv"}
 """Units of a gain by what the vendor counts it in; a gain of counts per count has none."""
 TERM_UNITS = ("output/pv", "output/pv/s", "output per pv/s")
 """Units of the three gains of an independent form: MV for the error, for its integral, for its derivative."""
-TIMES = {get_args(Seconds)[1]: "s", get_args(Minutes)[1]: "min"}
+TIME_UNITS = {get_args(Seconds)[1]: "s", get_args(Minutes)[1]: "min"}
 
 
 @frozen
@@ -72,11 +72,11 @@ class Leaf:
         return path_text(self.path)
 
 
-def leaves(model: BaseModel, above: Path = (), *, is_given: bool = True) -> Iterator[Leaf]:
+def leaves(model: BaseModel, prefix: Path = (), *, is_given: bool = True) -> Iterator[Leaf]:
     """Every value of a model that is one, in the order of its fields."""
     for key in type(model).model_fields:
         value, is_written = getattr(model, key), is_given and key in model.model_fields_set
-        path = (*above, key)
+        path = (*prefix, key)
         if isinstance(value, BaseModel):
             yield from leaves(value, path, is_given=is_written)
         elif isinstance(value, tuple) and value and all(isinstance(part, BaseModel) for part in value):
@@ -103,13 +103,13 @@ def unit_of(leaf: Leaf, loop: object, vendor: Vendor, units: Mapping[str, str]) 
     ``units``: those of PV and output, or what stands for them.
     """
     value = leaf.value
-    chosen = getattr(leaf.model, f"{leaf.key}_unit", None)
+    chosen_unit = getattr(leaf.model, f"{leaf.key}_unit", None)
     duration = value if isinstance(value, Duration) else getattr(value, "duration", None)
     if isinstance(duration, Duration):
-        return duration.unit or UNIT_WORDS.get(str(chosen), "") or _table_unit(leaf, vendor)
+        return duration.unit or UNIT_WORDS.get(str(chosen_unit), "") or _table_unit(leaf, vendor)
     if isinstance(value, Rate):
         return unit_text(f"pv/{value.per}", {**units, "pv": "counts"} if value.counts else units)
-    if isinstance(value, bool | str | Wire) and not str(leaf.path[-1]).endswith(RANGES):
+    if isinstance(value, bool | str | Wire) and not str(leaf.path[-1]).endswith(RANGE_KEYS):
         return ""
     unit = _table_unit(leaf, vendor)
     if _is_raw(leaf, unit, loop):
@@ -119,22 +119,22 @@ def unit_of(leaf: Leaf, loop: object, vendor: Vendor, units: Mapping[str, str]) 
 
 def _term_unit(leaf: Leaf, vendor: Vendor) -> str:
     """The unit of one of the three terms, where the vendor's tables leave it open."""
-    tuned, places = _terms_at(vendor)
-    place = places.get(leaf.path, -1)
-    if place == 0:
-        return GAINS.get(tuned.gain_unit, "")
-    form = getattr(tuned, "dependent", None) if place > 0 else None
-    chosen = getattr(leaf.model, form[0], None) if form else None
-    if form is None or not isinstance(chosen, bool):
+    tuning_numbers, term_indices = _tuning_terms(vendor)
+    index = term_indices.get(leaf.path, -1)
+    if index == 0:
+        return GAIN_UNITS.get(tuning_numbers.gain_unit, "")
+    form = getattr(tuning_numbers, "dependent", None) if index > 0 else None
+    form_value = getattr(leaf.model, form[0], None) if form else None
+    if form is None or not isinstance(form_value, bool):
         return ""
-    return "s" if chosen is form[1] else TERM_UNITS[place]
+    return "s" if form_value is form[1] else TERM_UNITS[index]
 
 
 @cache
-def _terms_at(vendor: Vendor) -> tuple[TuningNumbers, Mapping[Path, int]]:
+def _tuning_terms(vendor: Vendor) -> tuple[TuningNumbers, Mapping[Path, int]]:
     """How a vendor's gains are stored, and where the three terms stand, in their order."""
-    tuned = tables_of(vendor).TUNED
-    return tuned, {parse_path(tuned.key(name)): i for i, name in enumerate(tuned.names)}
+    tuning_numbers = tables_of(vendor).TUNING_NUMBERS
+    return tuning_numbers, {parse_path(tuning_numbers.key(name)): i for i, name in enumerate(tuning_numbers.names)}
 
 
 def _table_unit(leaf: Leaf, vendor: Vendor) -> str:
@@ -149,9 +149,9 @@ def _field_unit(path: Path, model: type[BaseModel], key: str, vendor: Vendor) ->
     marks = [] if unit else model.model_fields[key].metadata
     limits = None if unit else limits_at(model, key)
     unit = unit or (limits.unit if limits else "")
-    if not unit and key in RANGES:
+    if not unit and key in RANGE_KEYS:
         return str(path[-2])
-    return unit or next((TIMES[m] for m in marks if any(m is time or m == time for time in TIMES)), "")
+    return unit or next((TIME_UNITS[m] for m in marks if any(m is time or m == time for time in TIME_UNITS)), "")
 
 
 # --- What a wire means, however it is written: two expressions are compared by what they calculate, step by step ------
@@ -159,7 +159,7 @@ def _field_unit(path: Path, model: type[BaseModel], key: str, vendor: Vendor) ->
 WIRED_KEYS = ("move", "when")
 """Keys of a move that hold a wire."""
 RESERVED_WORDS = frozenset((*OPERATOR_WORDS, *BOOL_VALUES))
-NAME = re.compile(r"[A-Za-z_]\w*(?:\.\w+)*")
+NAME_PATTERN = re.compile(r"[A-Za-z_]\w*(?:\.\w+)*")
 
 
 class WireContent(NamedTuple):
@@ -186,7 +186,7 @@ def content_of(raw: object) -> Any:
         return raw
     names = [
         name
-        for name in dict.fromkeys(NAME.findall(raw.text))
+        for name in dict.fromkeys(NAME_PATTERN.findall(raw.text))
         if name not in FUNCTIONS and name.upper() not in RESERVED_WORDS
     ]
     try:
@@ -234,15 +234,15 @@ Kind = Literal["setting", "live", "operated", "reserved"]
 SIGNALS: Literal["signals"] = "signals"
 """Where values that belong to no block are listed."""
 OwnerKind = Literal["file", "loop", "block", "signals"]
-NAMES = frozenset(("loop", "block"))
+OWNER_NAME_KEYS = frozenset(("loop", "block"))
 """Settings beside the words that are the name of what they are of."""
 LISTING_KEYS = ("name", "description")
 """What a listing says of the whole file that stands at the top of it."""
-CONFIGURATION = "configuration"
+CONFIGURATION_KEY = "configuration"
 """What a listing is said to lack whose words and settings give none."""
-CALCULATED = "calculated"
+CALCULATED_TEXT = "calculated"
 """What is told of a loop that the PLC runs."""
-SETPOINT = "setpoint"
+SETPOINT_SWITCH = "setpoint"
 """The switch beside the words that says that the set point is left to the operator."""
 
 
@@ -283,7 +283,7 @@ class Owner:
 
     name: str
     kind: OwnerKind = "loop"
-    place: str = ""
+    addresses: str = ""
     """The addresses at which its registers begin."""
     items: dict[str, Item] = field(default_factory=dict)
     """By what is told apart: the path of a register's row, or a key."""
@@ -363,43 +363,43 @@ def trim_unit(unit: str) -> str:
     return unit.strip(" ").removesuffix("/").removesuffix(" per")
 
 
-def kind_by(access: Access, writer: Writer | None) -> Kind:
+def item_kind(access: Access, writer: Writer | None) -> Kind:
     """Whose an item is, by the row of who else writes it, else by its access."""
     if writer is not None:
         return "setting" if writer.kind == "compared" else writer.kind
     return "setting" if access == "setting" else "reserved" if access == "reserved" else "live"
 
 
-def flatten(entry: Mapping[str, object], above: str = "") -> Iterator[tuple[str, object]]:
+def flatten(entry: Mapping[str, object], prefix: str = "") -> Iterator[tuple[str, object]]:
     """The values of nested mappings by their dotted keys, without what is nothing."""
     for key, value in entry.items():
         if isinstance(value, dict):
-            yield from flatten(value, f"{above}{key}.")
+            yield from flatten(value, f"{prefix}{key}.")
         elif isinstance(value, list):
-            yield from ((f"{above}{key}.{i}", end) for i, end in enumerate(value))
+            yield from ((f"{prefix}{key}.{i}", end) for i, end in enumerate(value))
         elif value is not None:
-            yield f"{above}{key}", value
+            yield f"{prefix}{key}", value
 
 
-def settings_beside(
+def setting_items(
     entry: Mapping[str, object], loop: object, writers: Mapping[str, Writer], faults: Mapping[str, str]
 ) -> dict[str, Item]:
     """What stands beside the words of a loop, by its keys; ``faults``: what is refused of it, and why."""
     units, items = unit_names(loop), {}
-    for key, value in flatten({key: value for key, value in entry.items() if key not in NAMES}):
+    for key, value in flatten({key: value for key, value in entry.items() if key not in OWNER_NAME_KEYS}):
         writer = writers.get(key)
         unit = units.get(key.partition(".")[0], "") if ".range." in key else ""
-        if key == SETPOINT:
-            items[key] = Item(f"{SETPOINT}.value", "left to the operator", content=value, kind="operated")
+        if key == SETPOINT_SWITCH:
+            items[key] = Item(f"{SETPOINT_SWITCH}.value", "left to the operator", content=value, kind="operated")
         else:
-            kind = kind_by("setting", writer)
+            kind = item_kind("setting", writer)
             items[key] = Item(
                 key, json_number(value), unit, json_number(value), kind=kind, writer=writer.writer if writer else ""
             )
-    return with_faults(items, faults)
+    return add_faults(items, faults)
 
 
-def with_faults(items: Mapping[str, Item], faults: Mapping[str, str]) -> dict[str, Item]:
+def add_faults(items: Mapping[str, Item], faults: Mapping[str, str]) -> dict[str, Item]:
     """Settings with why they are refused; what is refused because it is not there becomes one of its own."""
     marked = dict(items)
     for key, fault in faults.items():
@@ -408,15 +408,15 @@ def with_faults(items: Mapping[str, Item], faults: Mapping[str, str]) -> dict[st
     return marked
 
 
-def other_keys(model: Any, subject: Subject, keys_used: Iterable[str]) -> Iterator[tuple[str, Item]]:
+def file_items(model: Any, subject: Subject, keys_used: Iterable[str]) -> Iterator[tuple[str, Item]]:
     """The keys of a file's section that nothing else is made of: no register holds them, nor does any listing."""
     if subject.reading is not None:
         return
     ids, units = set(keys_used), unit_names(model)
-    above_ids = {outer for name in ids for outer in outer_keys(name)}
+    outer_ids = {outer for name in ids for outer in outer_keys(name)}
     for leaf in leaves(model):
         key = dotted_text(leaf.path)
-        if key in LISTING_KEYS or key in ids or key in above_ids or not ids.isdisjoint(outer_keys(key)):
+        if key in LISTING_KEYS or key in ids or key in outer_ids or not ids.isdisjoint(outer_keys(key)):
             continue
         value, unit = value_and_unit(leaf, model, subject.vendor, units)
         yield key, Item(key, value, unit, value, is_default=is_default(leaf), file_only=True)
@@ -433,14 +433,14 @@ def do_keys_overlap(key: str, other: str) -> bool:
     return key == other or key.startswith(f"{other}.") or other.startswith(f"{key}.")
 
 
-def whole_file(subject: Subject, registers: Mapping[str, Item]) -> Owner:
+def file_owner(subject: Subject, registers: Mapping[str, Item]) -> Owner:
     """The keys of a file that belong to no loop; ``registers``: those that a register holds."""
     entry: Settings = subject.encoding.image.plc
     if subject.reading is not None:
         entry = subject.reading.listing.plc
     items = dict(registers)
     if subject.reading is not None and subject.reading.fault:
-        items[CONFIGURATION] = Item(CONFIGURATION, "none", fault=subject.reading.fault)
+        items[CONFIGURATION_KEY] = Item(CONFIGURATION_KEY, "none", fault=subject.reading.fault)
     plc = getattr(subject.config, "plc", None)
     if plc is not None and subject.reading is None:
         for leaf in leaves(plc):
@@ -451,5 +451,5 @@ def whole_file(subject: Subject, registers: Mapping[str, Item]) -> Owner:
     for name, value in flatten(order_moves(entry)):
         key = name if name in LISTING_KEYS else f"plc.{name}"
         items.setdefault(key, Item(key, json_number(value), "", move_content(value) or json_number(value)))
-    items = with_faults(items, subject.faults(""))
+    items = add_faults(items, subject.faults(""))
     return Owner("", "file", "", items, is_described=subject.is_described)

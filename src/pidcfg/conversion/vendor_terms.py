@@ -8,9 +8,9 @@ from functools import partial
 from typing import Any, NamedTuple
 
 from pidcfg.conversion.terms import (
-    CALCULATED,
-    NAMES,
-    SETPOINT,
+    CALCULATED_TEXT,
+    OWNER_NAME_KEYS,
+    SETPOINT_SWITCH,
     SIGNALS,
     Item,
     Kind,
@@ -20,16 +20,16 @@ from pidcfg.conversion.terms import (
     Subject,
     Terms,
     content_of,
+    file_items,
+    file_owner,
     flatten,
+    item_kind,
     json_number,
-    kind_by,
-    other_keys,
-    settings_beside,
+    setting_items,
     trim_unit,
     unit_names,
     unit_of,
     value_and_unit,
-    whole_file,
 )
 from pidcfg.encoders.codecs import Choice, DecodeError
 from pidcfg.encoders.contract import tables_of
@@ -46,38 +46,38 @@ from pidcfg.vendors import Vendor
 
 # --- Terms of a vendor with registers: every row of its map that a loop has, with the register's content --------------
 
-SETPOINT_VALUE = f"{SETPOINT}.value"
+SETPOINT_VALUE = f"{SETPOINT_SWITCH}.value"
 LIMIT_ENDS = ("limits.0", "limits.1")
 """Last steps of keys whose words are limits whatever they hold: 0 counts is one, too."""
-COUNT, TABLE = "plc.number_of_loops", "plc.loop_table"
+LOOP_COUNT, LOOP_TABLE = "plc.number_of_loops", "plc.loop_table"
 """Registers of a set-up that says which loops the PLC calculates, and where they begin."""
-PLACE_OF_LOOP = 2
+LOOP_PATH_STEPS = 2
 """Steps of the place of a loop: ``("loops", 0)``."""
 
 
 def memory_terms(subject: Subject) -> Terms:
     """The loops and the set-up of a file or listing."""
-    setup = [_Block(subject, block, subject.config) for block in subject.encoding.blocks if not block.place]
+    setup = [_Block(subject, block, subject.config) for block in subject.encoding.blocks if not block.path]
     registers = {key: item for block in setup for key, item in block.items((), {})}
     setup_values = {path: value for block in setup for path, value in block.row_values()}
     loops, settings, shift = [], subject.settings, _loop_shift(subject, setup_values)
     outputs = {tag: loop.name for loop in subject.config.loops if (tag := getattr(loop.output, "tag", None))}
     for i, loop in enumerate(subject.config.loops):
-        own_blocks = [block for block in subject.encoding.blocks if block.place[:2] == ("loops", i)]
+        own_blocks = [block for block in subject.encoding.blocks if block.path[:2] == ("loops", i)]
         blocks = [_Block(subject, block, loop, outputs) for block in own_blocks]
         values = {path: value for block in blocks if not block.prefix for path, value in block.row_values()}
-        table: tuple[Writer, ...] = tables_of(subject.vendor).WRITTEN
-        items = {key: item for block in blocks for key, item in block.items(table, values)}
-        names, entry = {row.name: row for row in table if row.applies(values)}, settings[i]
-        items |= settings_beside(entry, loop, names, subject.faults(loop.name))
+        writers: tuple[Writer, ...] = tables_of(subject.vendor).WRITERS
+        items = {key: item for block in blocks for key, item in block.items(writers, values)}
+        writers_by_name, entry = {row.name: row for row in writers if row.applies(values)}, settings[i]
+        items |= setting_items(entry, loop, writers_by_name, subject.faults(loop.name))
         items |= dict(_table_items(blocks)) if subject.reading is None else {}
-        if entry.get(SETPOINT) is False:
+        if entry.get(SETPOINT_SWITCH) is False:
             items[SETPOINT_VALUE] = replace(items[SETPOINT_VALUE], kind="live")
-        items |= dict(other_keys(loop, subject, [*items, *(key for block in blocks for key in block.other_keys())]))
+        items |= dict(file_items(loop, subject, [*items, *(key for block in blocks for key in block.other_keys())]))
         items |= _calculated_item(registers, setup_values, i)
-        place = " ".join(_address_name(subject, b.block.start + shift) for b in blocks if not b.prefix)
-        loops.append(Owner(loop.name, "loop", place, items, subject.is_described))
-    owners = (whole_file(subject, registers), *loops)
+        addresses = " ".join(_address_name(subject, b.block.start + shift) for b in blocks if not b.prefix)
+        loops.append(Owner(loop.name, "loop", addresses, items, subject.is_described))
+    owners = (file_owner(subject, registers), *loops)
     reading = subject.reading
     if reading is None:
         return Terms(owners)
@@ -87,19 +87,19 @@ def memory_terms(subject: Subject) -> Terms:
 
 def _calculated_item(registers: Mapping[str, Item], setup_values: Mapping[str, Any], i: int) -> dict[str, Item]:
     """Whether the PLC calculates loop ``i``, where a register says how many loops it does."""
-    item, count = registers.get(COUNT), setup_values.get(COUNT)
+    item, count = registers.get(LOOP_COUNT), setup_values.get(LOOP_COUNT)
     if item is None or count is None:
         return {}
-    value = CALCULATED if i < count else "not calculated"
-    return {COUNT: replace(item, value=value, content=value, unit="", file_only=True)}
+    value = CALCULATED_TEXT if i < count else "not calculated"
+    return {LOOP_COUNT: replace(item, value=value, content=value, unit="", file_only=True)}
 
 
 def _loop_shift(subject: Subject, setup_values: Mapping[str, object]) -> int:
     """How far the loops of a listing stand behind those whose places it is compared at."""
-    start = setup_values.get(TABLE)
+    start = setup_values.get(LOOP_TABLE)
     if subject.reading is None or not subject.reading.fault or start is None:
         return 0
-    return int(start - value_at(subject.config, parse_path(TABLE)))
+    return int(start - value_at(subject.config, parse_path(LOOP_TABLE)))
 
 
 def _address_name(subject: Subject, number: int) -> str:
@@ -123,7 +123,7 @@ class _Block:
         self.subject, self.block, self.model = subject, block, model
         self.outputs = outputs or {}
         """Loops by the register that their output is written to, where they choose it: in a cascade another's."""
-        inner = dotted_text(block.place[PLACE_OF_LOOP:])
+        inner = dotted_text(block.path[LOOP_PATH_STEPS:])
         self.prefix = f"{inner}." if inner else ""
         self.units = unit_names(model)
         self.is_own = subject.reading is None or not subject.reading.fault
@@ -160,7 +160,7 @@ class _Block:
         """Keys that say in other words what a register holds."""
         return [row.other_key for row in self.block.table.words if row.other_key is not None]
 
-    def items(self, table: tuple[Writer, ...], values: Mapping[str, Any]) -> Iterator[tuple[str, Item]]:
+    def items(self, writers: tuple[Writer, ...], values: Mapping[str, Any]) -> Iterator[tuple[str, Item]]:
         """Every row; the bits of a word that no key sets are one item, and those that are reserved another."""
         by_offset: dict[int, list[Bits]] = {}
         for row in self.block.table.bits:
@@ -169,7 +169,7 @@ class _Block:
             if not self.block.loop and word.access == "status":
                 continue
             rows = by_offset.get(word.offset, [])
-            writer = writer_of(table, word.name, values)
+            writer = writer_of(writers, word.name, values)
             yield from (
                 (f"{self.prefix}{row.path}", self.choice_item(word, row)) for row in rows if row.path is not None
             )
@@ -191,16 +191,16 @@ class _Block:
         if len(row.bits) == 1:
             address, text = f"{address}.{row.bits[0]}", str(raw >> row.bits[0] & 1)
         access = row.access if row.access != "setting" else word.access
-        kind, value, fault = kind_by(access, None), self.row_value(row), self.word_fault(row.offset)
-        at = self.block.start + row.offset
-        return Item(key, json_number(value), "", raw & row.mask, address, text, kind, fault=fault, number=at)
+        kind, value, fault = item_kind(access, None), self.row_value(row), self.word_fault(row.offset)
+        number = self.block.start + row.offset
+        return Item(key, json_number(value), "", raw & row.mask, address, text, kind, fault=fault, number=number)
 
     def bits_item(self, word: Word, name: str, mask: int, kind: Kind) -> Item:
         """The bits of a word that the PLC sets, or that ask it for something; or those that are nobody's."""
         raw, (address, text) = self.raw_content(word.offset), self.address_and_text(word.offset)
         content = None if raw is None else raw & mask
-        key, at = self.prefix + name, self.block.start + word.offset
-        return Item(key, None, "", content, address, text, kind, is_known=raw is not None, number=at)
+        key, number = self.prefix + name, self.block.start + word.offset
+        return Item(key, None, "", content, address, text, kind, is_known=raw is not None, number=number)
 
     def register_item(self, word: Word, writer: Writer | None) -> Item:
         """A register of its own."""
@@ -209,11 +209,11 @@ class _Block:
         if raw is None:
             return Item(key, address=address, is_known=False)
         key, value, unit = self.describe_content(word, raw, key)
-        kind, by = kind_by(word.access, writer), "" if writer is None else writer.writer
+        kind, author = item_kind(word.access, writer), "" if writer is None else writer.writer
         if outer := self.outputs.get(address):
-            kind, by = "live", f"{outer}, whose output it is"
-        at = self.block.start + word.offset
-        return Item(key, value, unit, raw, address, text, kind, by, self.word_fault(word.offset), number=at)
+            kind, author = "live", f"{outer}, whose output it is"
+        number = self.block.start + word.offset
+        return Item(key, value, unit, raw, address, text, kind, author, self.word_fault(word.offset), number=number)
 
     def describe_content(self, word: Word, raw: int, key: str) -> tuple[str, object, str]:
         """The key of a register, what the file says of it, and its unit; else what its content means."""
@@ -222,9 +222,9 @@ class _Block:
             return word.other_key, json_number(other), ""
         if self.word_fault(word.offset) or word.path is None:
             return key, None, ""
-        spelled = getattr(word.codec, "spelled", None)
-        if spelled is not None:
-            return key, spelled(raw, self.subject.encoding.space.name) if raw else None, ""
+        spell = getattr(word.codec, "spell", None)
+        if spell is not None:
+            return key, spell(raw, self.subject.encoding.space.name) if raw else None, ""
         leaf = None if isinstance(word.codec, Choice) or not self.is_own else self.find_leaf(key)
         if leaf is not None:
             return key, *value_and_unit(leaf, self.model, self.subject.vendor, self.units)
@@ -238,9 +238,9 @@ class _Block:
         """The value that the configuration gives for a key; None: it gives none."""
         path = parse_path(key)
         value = value_at(self.model, path)
-        named = path[:-1] if isinstance(path[-1], int) else path
-        model = value_at(self.model, named[:-1]) if named[:-1] else self.model
-        return None if value is None or model is None else Leaf(named, value, model, str(named[-1]))
+        field_path = path[:-1] if isinstance(path[-1], int) else path
+        model = value_at(self.model, field_path[:-1]) if field_path[:-1] else self.model
+        return None if value is None or model is None else Leaf(field_path, value, model, str(field_path[-1]))
 
     def address_and_text(self, offset: int) -> tuple[str, str]:
         """The address of a register, and its content as the PLC shows it."""
@@ -259,34 +259,34 @@ OUTPUT_DEVICE = ("devices", "MV")
 
 def parameter_terms(subject: Subject) -> Terms:
     """The loops, blocks and signals of a file or listing."""
-    image, table, output_titles = subject.encoding.image, tables_of(subject.vendor).WRITTEN, outputs_of(subject.vendor)
-    places: dict[str, int] = {}
+    image, rows, output_titles = subject.encoding.image, tables_of(subject.vendor).WRITERS, outputs_of(subject.vendor)
+    entry_indices: dict[str, int] = {}
     for i, entry in enumerate(image.settings):
-        places.setdefault(owner_name(entry), i)
+        entry_indices.setdefault(owner_name(entry), i)
     models = {item.name: item for item in (*getattr(subject.config, "blocks", ()), *subject.config.loops)}
-    cells: dict[str, list[Entry]] = {name: [] for name in places}
+    cells: dict[str, list[Entry]] = {name: [] for name in entry_indices}
     for cell in (*image.cells, *_other_entries(subject)):
         cells.setdefault(owner_of(cell, cells), []).append(cell)
     loops = {loop.name: i for i, loop in enumerate(subject.config.loops, start=1)}
-    owners, settings = [whole_file(subject, {})], subject.settings
-    outputs = {place: loop.name for loop in subject.config.loops if (place := value_at(loop, OUTPUT_DEVICE))}
+    owners, settings = [file_owner(subject, {})], subject.settings
+    outputs = {device: loop.name for loop in subject.config.loops if (device := value_at(loop, OUTPUT_DEVICE))}
     for name, entries in cells.items():
         model = models.get(name)
         values = {cell.field: cell.raw for cell in entries}
-        items, place, units = {}, str(getattr(model, "device", "")), unit_names(model)
+        items, device, units = {}, str(getattr(model, "device", "")), unit_names(model)
         for cell in entries:
             key = cell.field or cell.address.removeprefix(f"{name}.")
-            writer = writer_of(table, SIGNALS if model is None else key, values)
+            writer = writer_of(rows, SIGNALS if model is None else key, values)
             if writer is None and model is not None and key in output_titles:
                 writer = Writer(key, "live", "the block, whose output it is", D345)
             if outer := outputs.get(cell.device):
                 writer = Writer(key, "live", f"{outer}, whose output it is", D345)
             items[key] = _parameter_item(subject, cell, key, model, units, writer)
         if model is not None:
-            items |= settings_beside(settings[places[name]], model, {}, subject.faults(name))
-            items |= dict(other_keys(model, subject, [*items, *image.settings[places[name]]]))
+            items |= setting_items(settings[entry_indices[name]], model, {}, subject.faults(name))
+            items |= dict(file_items(model, subject, [*items, *image.settings[entry_indices[name]]]))
         kind: OwnerKind = "signals" if model is None else "loop" if name in loops else "block"
-        owners.append(Owner(name, kind, place, items, subject.is_described, loops.get(name, 0)))
+        owners.append(Owner(name, kind, device, items, subject.is_described, loops.get(name, 0)))
     return Terms(tuple(owners), is_listing=subject.reading is not None)
 
 
@@ -329,7 +329,7 @@ def _parameter_item(
     """A parameter; one that is wired is a setting, whoever writes what it is wired to."""
     content, fault, is_known = _cell_content(cell, subject.reading)
     has_unit = model is not None and not isinstance(content, Wire)
-    is_mine = isinstance(content, Wire) or writer is None or writer.kind == "compared"
+    is_setting = isinstance(content, Wire) or writer is None or writer.kind == "compared"
     return Item(
         key,
         None if fault else json_number(content),
@@ -337,7 +337,7 @@ def _parameter_item(
         content_of(content),
         cell.device or cell.address,
         _content_word(cell, content, fault),
-        "setting" if is_mine else kind_by("setting", writer),
+        "setting" if is_setting else item_kind("setting", writer),
         "" if writer is None or isinstance(content, Wire) else writer.writer,
         fault,
         is_known,
@@ -355,11 +355,11 @@ def _content_word(cell: Entry, content: Any, fault: str) -> str:
 def _parameter_unit(vendor: Vendor, model: Any, key: str, content: Any, units: Mapping[str, str]) -> str:
     """The unit of a parameter with a content, by its section of the model."""
     path = parse_path(key)
-    named = path[:-1] if isinstance(path[-1], int) else path
-    section = value_at(model, named[:-1]) if named[:-1] else model
-    if section is None or named[-1] not in type(section).model_fields:
+    field_path = path[:-1] if isinstance(path[-1], int) else path
+    section = value_at(model, field_path[:-1]) if field_path[:-1] else model
+    if section is None or field_path[-1] not in type(section).model_fields:
         return ""
-    return trim_unit(unit_of(Leaf(named, content, section, str(named[-1])), model, vendor, units))
+    return trim_unit(unit_of(Leaf(field_path, content, section, str(field_path[-1])), model, vendor, units))
 
 
 # --- Terms of what no configuration places: words by their addresses, settings by the names that they have ------------
@@ -391,7 +391,7 @@ def unplaced_words(
     for entry in listing.settings:
         name = owner_name(entry)
         if name not in names:
-            for key, value in flatten({name: {key: part for key, part in entry.items() if key not in NAMES}}):
+            for key, value in flatten({name: {key: part for key, part in entry.items() if key not in OWNER_NAME_KEYS}}):
                 yield key, Item(key, json_number(value), "", json_number(value))
 
 
@@ -403,9 +403,9 @@ def terms_of(subject: Subject) -> Terms:
     encoding, reading = subject.encoding, subject.reading
     terms = parameter_terms(subject) if encoding.space is None else memory_terms(subject)
     if reading is not None and reading.fault:
-        held = reading.listing.words if encoding.space is None or reading.listing.is_mixed else encoding.image.words
+        words = reading.listing.words if encoding.space is None or reading.listing.is_mixed else encoding.image.words
         names = {owner_name(entry) for entry in encoding.image.settings}
-        terms.owners[0].items.update(unplaced_words(reading.listing, subject.vendor, held, names))
+        terms.owners[0].items.update(unplaced_words(reading.listing, subject.vendor, words, names))
     return terms
 
 
@@ -431,26 +431,26 @@ class Changes(NamedTuple):
 def changes_from(subject: Subject, listing: Listing, *, live: bool) -> Changes:
     """What a PLC lacks that holds the words of a listing; ``live``: also words that the PLC or the process writes."""
     image = subject.encoding.image
-    written, left_out, operated = set[object](), list[str](), list[str]()
+    written_numbers, left_out, operated = set[object](), list[str](), list[str]()
     items_by_name = {item.name: item for item in (*getattr(subject.config, "blocks", ()), *subject.config.loops)}
-    for owner, item, place in _differing_items(subject, listing):
-        key_texts = [f"{owner} {item.key}".lstrip()] if place in listing.words else []
+    for owner, item, item_number in _differing_items(subject, listing):
+        key_texts = [f"{owner} {item.key}".lstrip()] if item_number in listing.words else []
         is_said = owner in items_by_name and is_given(items_by_name[owner], parse_path(item.key))
         if item.kind in {"live", "reserved"} and not (live or is_said):
             left_out += key_texts
         else:
-            written.add(place)
+            written_numbers.add(item_number)
             operated += key_texts if item.kind in {"live", "operated"} else []
-    cells = tuple(cell for cell in image.cells if cell.number in written)
+    cells = tuple(cell for cell in image.cells if cell.number in written_numbers)
     notes = [f"written, although it may be set while the PLC runs: {shorten_names(operated)}"] if operated else []
     notes += (
         [f"left out, since the PLC or the process writes it: {shorten_names(left_out)} (--live)"] if left_out else []
     )
     own_numbers = {cell.number for cell in image.cells}
-    others = [listing.shown_addresses[number] for number in listing.words if number not in own_numbers]
+    other_addresses = [listing.shown_addresses[number] for number in listing.words if number not in own_numbers]
     notes += (
-        [f"stays as it is, since no loop has it any more: {shorten_names(others)}"]
-        if others and not listing.is_mixed
+        [f"stays as it is, since no loop has it any more: {shorten_names(other_addresses)}"]
+        if other_addresses and not listing.is_mixed
         else []
     )
     return Changes(replace(image, cells=cells), tuple(notes))
@@ -458,8 +458,8 @@ def changes_from(subject: Subject, listing: Listing, *, live: bool) -> Changes:
 
 def _differing_items(subject: Subject, listing: Listing) -> Iterator[tuple[str, Item, object]]:
     """Every register or parameter whose content differs: its owner, what it is, and its number."""
-    held = Subject(*subject[:3], Reading(listing, subject.config, subject.encoding, {}, partial=True))
-    for new, old in zip(terms_of(subject).owners, terms_of(held).owners, strict=False):
+    listing_side = Subject(*subject[:3], Reading(listing, subject.config, subject.encoding, {}, partial=True))
+    for new, old in zip(terms_of(subject).owners, terms_of(listing_side).owners, strict=False):
         for key, item in new.items.items():
             other = old.items.get(key)
             if item.number is not None and (other is None or not other.is_known or other.content != item.content):

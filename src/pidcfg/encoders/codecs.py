@@ -41,11 +41,11 @@ class EncodeError(ValueError):
 
 
 class DecodeError(ValueError):
-    """A word that is not a value of its format; ``place``: its offset in a block, its address, or its name."""
+    """A word that is not a value of its format; ``address``: its offset in a block, its address, or its name."""
 
-    def __init__(self, message: str, place: Any = None) -> None:
+    def __init__(self, message: str, address: Any = None) -> None:
         super().__init__(message)
-        self.place = place
+        self.address = address
 
 
 def round_to_integer(value: Decimal) -> int:
@@ -73,18 +73,18 @@ def typed_digits(word: int) -> int | None:
 
 @frozen
 class Bcd:
-    """Four BCD digits with an implied decimal point. ``off``: digits that switch it off, or do ``special``."""
+    """Four BCD digits with an implied decimal point. ``off``: digits that switch it off, or do ``off_effect``."""
 
     rounds: ClassVar[bool] = True
     """Values are rounded to the last digit, which is worth reporting."""
     decimals: int
     off: tuple[int, ...] = ()
-    special: str = "off"
+    off_effect: str = "off"
 
     @property
     def notation(self) -> str:
         """How the word is written, for reference pages."""
-        off = f", {' and '.join(f'{digits:04d}' for digits in self.off)} {self.special}" if self.off else ""
+        off = f", {' and '.join(f'{digits:04d}' for digits in self.off)} {self.off_effect}" if self.off else ""
         return f"BCD, {self.decimals} decimal{'s' * (self.decimals > 1)}{off}" if self.decimals else f"BCD{off}"
 
     @property
@@ -108,7 +108,7 @@ class Bcd:
         if not 0 <= digits <= MAX_BCD or value < 0:
             raise EncodeError("range", "is outside the word's range", self.low, self.high)
         if digits in self.off and value != digits * self.step:
-            effect = "switches it off" if self.special in {"off", "not allowed"} else self.special
+            effect = "switches it off" if self.off_effect in {"off", "not allowed"} else self.off_effect
             raise EncodeError("off", f"rounds to {digits * self.step}, which {effect}", self.low, self.high)
         return bcd_word(digits)
 
@@ -117,17 +117,17 @@ class Bcd:
         try:
             return bcd_digits(word) * self.step
         except DecodeError as error:
-            typed = typed_digits(word)
-            if typed is None:
+            typed_word = typed_digits(word)
+            if typed_word is None:
                 raise
             raise DecodeError(
-                f"{error}; it is {word} (typed in decimal? {self.show(typed)} would be {typed:04X})"
+                f"{error}; it is {word} (typed in decimal? {self.show(typed_word)} would be {typed_word:04X})"
             ) from None
 
     def show(self, word: int) -> str:
         """The value of four BCD digits with all its decimals; that of an off code with what it does."""
         digits = bcd_digits(word)
-        return f"{digits * self.step:f}{f' ({self.special})' if digits in self.off else ''}"
+        return f"{digits * self.step:f}{f' ({self.off_effect})' if digits in self.off else ''}"
 
 
 @frozen
@@ -169,7 +169,7 @@ class Pointer(Binary):
     """A word that holds the address of another one; 0 points nowhere."""
 
     @staticmethod
-    def spelled(word: int, name: Callable[[int], str]) -> str:
+    def spell(word: int, name: Callable[[int], str]) -> str:
         """The address as the vendor writes it."""
         return name(word) if word else "none"
 
@@ -215,13 +215,13 @@ class Implied:
     off: tuple[int, ...] = ()
     low_count: int = 0
     high_count: int = WORD_MAX
-    special: str = "off"
+    off_effect: str = "off"
 
     @property
     def notation(self) -> str:
         """How the word is written, for reference pages."""
         signed = "signed " if self.low_count < 0 else ""
-        off = f", {' and '.join(map(str, self.off))} {self.special}" if self.off else ""
+        off = f", {' and '.join(map(str, self.off))} {self.off_effect}" if self.off else ""
         return f"{signed}integer of {self.step:f}{off}" if self.decimals else f"{signed}integer{off}"
 
     @property
@@ -337,9 +337,9 @@ class Single:
 # the root of its PV is compared with that root.
 
 MAX_DECIMALS = 12
-BAND_SHARE, POSITION_SHARE = Decimal("0.01"), Decimal("0.0005")
+BAND_TOLERANCE, POSITION_TOLERANCE = Decimal("0.01"), Decimal("0.0005")
 """Of a band's value, and of the span for a position: what is further off is not the same number."""
-EXAMPLE_SHARE = Decimal("0.0001")
+EXAMPLE_TOLERANCE = Decimal("0.0001")
 """Of a value: how close the number is that says what a word means."""
 
 
@@ -449,9 +449,9 @@ class Scale:
 
     def span_value(self, counts: int | Decimal) -> Quantity:
         """The shortest engineering difference that encodes to these counts."""
-        return self.span_value_by(counts, lambda q: round_to_integer(self.distance(q)) == counts)
+        return self.matching_span(counts, lambda q: round_to_integer(self.distance(q)) == counts)
 
-    def span_value_by(self, counts: int | Decimal, is_same: Callable[[Quantity], bool]) -> Quantity:
+    def matching_span(self, counts: int | Decimal, is_same: Callable[[Quantity], bool]) -> Quantity:
         """As `span_value`, with the test of equality that fits the word."""
         if self.range is None:
             return Quantity(Decimal(counts))
@@ -464,7 +464,7 @@ class Scale:
         exact = self._counts_to_units(Decimal(counts if distance else counts - self.zero_counts))
         if not distance and self.range is not None:
             exact = EXACT_CONTEXT.add(self.range[0], exact)
-        near = EXAMPLE_SHARE * abs(exact)
+        near = EXAMPLE_TOLERANCE * abs(exact)
         return shortest_quantity(exact, lambda q: abs(q.value - exact) <= near, 0).value
 
     def _counts_to_units(self, counts: Decimal) -> Decimal:
@@ -476,11 +476,11 @@ def pv_before_root(pv: Scale, root: Scale, counts: int) -> tuple[Decimal, Decima
 
     ``pv`` is the scale of the signal, ``root`` that of the set point; there is no value without a range.
     """
-    share = EXACT_CONTEXT.divide(Decimal(100 * (counts - pv.format.minimum)), Decimal(pv.format.span))
+    percent = EXACT_CONTEXT.divide(Decimal(100 * (counts - pv.format.minimum)), Decimal(pv.format.span))
     if root.range is None:
-        return share, None
+        return percent, None
     taken = EXACT_CONTEXT.divide(EXACT_CONTEXT.sqrt(Decimal(max(counts, 0))), root.full_counts)
-    return share, EXACT_CONTEXT.add(root.range[0], EXACT_CONTEXT.multiply(taken, root.width))
+    return percent, EXACT_CONTEXT.add(root.range[0], EXACT_CONTEXT.multiply(taken, root.width))
 
 
 def shortest_quantity(exact: Decimal, is_same: Callable[[Quantity], bool], counts: int | Decimal) -> Quantity:
@@ -514,7 +514,7 @@ class Position:
         if is_raw(value, scale) or value.derived:
             return None
         meaning = scale.meaning(scale.format.codec.decode(word))
-        return meaning if abs(meaning - value.value) > POSITION_SHARE * scale.width else None
+        return meaning if abs(meaning - value.value) > POSITION_TOLERANCE * scale.width else None
 
     def rounding_excess(self, value: Quantity, word: int, scale: Scale) -> Decimal:
         """Counts by which a word is beyond its value."""
@@ -554,7 +554,7 @@ class Distance:
         if is_raw(value, scale) or value.derived:
             return None
         meaning = scale.meaning(word, distance=True)
-        return meaning if abs(meaning - value.value) > BAND_SHARE * abs(value.value) else None
+        return meaning if abs(meaning - value.value) > BAND_TOLERANCE * abs(value.value) else None
 
     def rounding_excess(self, value: Quantity, word: int, scale: Scale) -> Decimal:
         """Counts by which a word is beyond its value."""

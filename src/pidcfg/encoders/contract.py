@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from pidcfg.encoders.regmap import LoopTuning, RegisterMap, TuningNumbers, Writer
 
 
-class Parts(Protocol):
+class HasModules(Protocol):
     """What has modules: a vendor."""
 
     def module(self, what: str, /) -> Any:
@@ -59,7 +59,7 @@ class Tables(Protocol):
         """All that there are."""
 
     @property
-    def TUNED(self) -> TuningNumbers:  # noqa: N802 - a constant of the module
+    def TUNING_NUMBERS(self) -> TuningNumbers:  # noqa: N802 - a constant of the module
         """Where the gains stand."""
 
     @property
@@ -67,30 +67,30 @@ class Tables(Protocol):
         """Settings that act on a loop and that no register has, by key; those of the PLC begin with ``plc.``."""
 
     @property
-    def WRITTEN(self) -> tuple[Writer, ...]:  # noqa: N802 - a constant of the module
+    def WRITERS(self) -> tuple[Writer, ...]:  # noqa: N802 - a constant of the module
         """Who else writes them."""
 
 
-def encoder_of(vendor: Parts) -> Encoder:
+def encoder_of(vendor: HasModules) -> Encoder:
     """How a vendor encodes."""
     encoder: Encoder = vendor.module("encode")
     return encoder
 
 
-def formats_of(vendor: Parts) -> Files:
+def formats_of(vendor: HasModules) -> Files:
     """The formats of a vendor."""
     files: Files = vendor.module("formats")
     return files
 
 
-def tables_of(vendor: Parts) -> Tables:
+def tables_of(vendor: HasModules) -> Tables:
     """The registers or parameters of a vendor."""
     tables: Tables = vendor.module("registers")
     return tables
 
 
 @cache
-def units_by_path(vendor: Parts) -> Mapping[str, str]:
+def units_by_path(vendor: HasModules) -> Mapping[str, str]:
     """The units of the vendor's registers and parameters by the path of their value."""
     units: dict[str, str] = {}
     for path, unit in (row for table in tables_of(vendor).TABLES for row in table.units()):

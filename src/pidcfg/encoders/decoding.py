@@ -14,7 +14,7 @@ from pidcfg.encoders.contract import encoder_of, formats_of
 from pidcfg.encoders.image import Cell, Decoded, Encoding, Image, NoValueError, RefusedError, read_settings
 from pidcfg.encoders.listing import (
     HEADERS_ADVICE,
-    PLC,
+    PLC_PREFIX,
     FileKind,
     Listing,
     ListingError,
@@ -37,7 +37,7 @@ from pidcfg.vendors import VENDORS, Vendor
 
 ZERO_BY_TYPE = {bool: False, int: 0, float: 0.0}
 """What stands for a content that is no value, by its type."""
-CONFIGURATION = re.compile(r"^pidcfg:", re.MULTILINE)
+CONFIGURATION_START = re.compile(r"^pidcfg:", re.MULTILINE)
 NAME_AND_SIGN = re.compile(r'"?(?P<name>[A-Za-z][\w.]*)"?\s*(?P<sign>[,;:=])')
 """An address or name, and behind it another sign than the blank of a text listing."""
 MAX_NUMBER_DIGITS = DEFAULT.scalar_bytes
@@ -84,7 +84,7 @@ def _no_listing_problem(text: str, kinds: Mapping[str, FileKind]) -> str:
     """What a text is that is no listing, with the cure where there is one."""
     if not text.strip():
         return "the file is empty: export the listing again"
-    if CONFIGURATION.search(text):
+    if CONFIGURATION_START.search(text):
         return "this is a file of pidcfg and no listing; 'pidcfg encode' writes the words of a configuration"
     if {"table", "register"} <= set(column_names(text)):
         return f"this is a Modbus listing, whose registers only a map of the project explains: {OTHER_COMMANDS}"
@@ -133,10 +133,10 @@ def _decode_bytes(data: bytes, encoding: str) -> str:
         place = f"byte 0x{data[error.start]:02X} at {error.start}" if error.start < len(data) else "the end of the file"
         name = encoding.upper().removesuffix("-SIG").removesuffix("-LE")
         raise ListingError(f"{place} is not {name}; save the file as {name}") from None
-    if endless := LONG_NUMBER.search(text):
-        begin = text.rfind("\n", 0, endless.start()) + 1
-        line, column = text.count("\n", 0, begin) + 1, endless.start() - begin + 1
-        raise ListingError(f"a number of {len(endless[0])} digits; the limit is {MAX_NUMBER_DIGITS}", line, column)
+    if long_number := LONG_NUMBER.search(text):
+        begin = text.rfind("\n", 0, long_number.start()) + 1
+        line, column = text.count("\n", 0, begin) + 1, long_number.start() - begin + 1
+        raise ListingError(f"a number of {len(long_number[0])} digits; the limit is {MAX_NUMBER_DIGITS}", line, column)
     return text
 
 
@@ -195,28 +195,28 @@ def decode_listing(
     if like is not None:
         options, listing = naming_options(listing, options), with_names(listing, like)
     try:
-        decoded, wrong = decode_words(listing, vendor, options)
+        decoded, faults = decode_words(listing, vendor, options)
         config = read_settings(vendor.model, decoded.data, "the listing gives no configuration")
         encoding = encoder_of(vendor).encode(config)
-        again = encoding.image
+        encoded = encoding.image
     except NoRegisterError as error:
         raise ListingError(str(error)) from None
     except DecodeError as error:
         text = "; ".join((str(error), *listing.notes))
-        raise ListingError(text, listing.lines.get(error.place or -1, 1)) from None
-    zeros = tuple(f"{text}; it counts as 0 (D50)" for text in wrong)
-    doubts, suggestion = _decimal_doubts(listing, encoding) if wrong else ((), "")
-    differences = _difference_notes(listing, again, decoded.status)
-    notes = (*listing.notes, *zeros, *doubts, *decoded.notes, *differences)
-    return replace(decoded, notes=notes, warnings=zeros, suggestion=suggestion)
+        raise ListingError(text, listing.lines.get(error.address or -1, 1)) from None
+    zero_notes = tuple(f"{text}; it counts as 0 (D50)" for text in faults)
+    doubt_notes, suggestion = _decimal_notes(listing, encoding) if faults else ((), "")
+    differences = _difference_notes(listing, encoded, decoded.status)
+    notes = (*listing.notes, *zero_notes, *doubt_notes, *decoded.notes, *differences)
+    return replace(decoded, notes=notes, warnings=zero_notes, suggestion=suggestion)
 
 
-def _decimal_doubts(listing: Listing, encoding: AnyEncoding) -> tuple[tuple[str, ...], str]:
+def _decimal_notes(listing: Listing, encoding: AnyEncoding) -> tuple[tuple[str, ...], str]:
     """Notes on words that seem typed in decimal, and the listing without them; empty: none does."""
     if not isinstance(encoding, Encoding):
         return (), ""
-    suspected = find_suspects(listing.words, encoding)
-    return tuple(suspect_notes(suspected)), suggested_listing(listing, encoding, suspected) if suspected else ""
+    suspects = find_suspects(listing.words, encoding)
+    return tuple(suspect_notes(suspects)), suggested_listing(listing, encoding, suspects) if suspects else ""
 
 
 def decode_words(listing: Listing, vendor: Vendor, options: Mapping[str, object]) -> tuple[Decoded, list[str]]:
@@ -224,13 +224,13 @@ def decode_words(listing: Listing, vendor: Vendor, options: Mapping[str, object]
 
     Raises `DecodeError` where something else is wrong with them.
     """
-    words, wrong = dict(listing.words), list[str]()
+    words, faults = dict(listing.words), list[str]()
     while True:
         try:
-            return encoder_of(vendor).decode(words, listing.settings, listing.plc, options), wrong
+            return encoder_of(vendor).decode(words, listing.settings, listing.plc, options), faults
         except NoValueError as error:
-            words[error.place] = zero_of(words[error.place])
-            wrong.append(str(error))
+            words[error.address] = zero_of(words[error.address])
+            faults.append(str(error))
 
 
 def annotate_listing(listing: Listing, vendor: Vendor, options: Mapping[str, object]) -> tuple[str, tuple[str, ...]]:
@@ -242,13 +242,13 @@ def annotate_listing(listing: Listing, vendor: Vendor, options: Mapping[str, obj
     return text, listing.notes
 
 
-def _difference_notes(listing: Listing, again: AnyImage, status: Collection[int]) -> Iterator[str]:
+def _difference_notes(listing: Listing, encoded: AnyImage, status: Collection[int]) -> Iterator[str]:
     """Words that do not come back: encoded otherwise, or not at all."""
     contents = {number: raw for number, raw in listing.words.items() if not isinstance(raw, UnknownContent)}
-    different = [c.address for c in again.cells if contents.get(c.number, c.raw) != c.raw]
+    different = [c.address for c in encoded.cells if contents.get(c.number, c.raw) != c.raw]
     if different:
         yield f"encoded again, these words differ from the listing: {shorten_names(different)}"
-    name_of = {c.number: c.address for c in again.cells}
+    name_of = {c.number: c.address for c in encoded.cells}
     unassigned = sorted(number for number in listing.words if number not in name_of and number not in status)
     if unassigned and not listing.is_mixed:
         lines = [listing.shown_addresses.get(number, str(number)) for number in unassigned]
@@ -262,10 +262,10 @@ def check_settings(listing: Listing, vendor: Vendor) -> None:
         try:
             encoder_of(vendor).decode(words, listing.settings, listing.plc)
         except DecodeError as error:
-            if error.place not in words or error.place in unreadable:
+            if error.address not in words or error.address in unreadable:
                 raise
-            unreadable.add(error.place)
-            words[error.place] = zero_of(words[error.place])
+            unreadable.add(error.address)
+            words[error.address] = zero_of(words[error.address])
         else:
             return
 
@@ -344,7 +344,7 @@ class _Reader:
                 else:
                     is_cured = self._replace_word(error) or self._add_missing_words()
                 if not is_cured and self.other_side is None:
-                    raise ListingError(str(error), self.listing.lines.get(error.place, 1)) from None
+                    raise ListingError(str(error), self.listing.lines.get(error.address, 1)) from None
                 if not is_cured:
                     return self._make_reading(self.other_side[0], self.other_side[1], str(error))
 
@@ -355,16 +355,16 @@ class _Reader:
 
     def _replace_word(self, error: DecodeError) -> bool:
         """Leaves out a word that is no value, at first by what the other side has, then altogether."""
-        place = error.place
-        if place not in self.listing.words or place not in self.words:
+        address = error.address
+        if address not in self.listing.words or address not in self.words:
             return False
-        if place not in self.unreadable:
-            self.words[place] = self.other_words.get(place, zero_of(self.words[place]))
-        elif place not in self.other_words:
-            del self.words[place]
+        if address not in self.unreadable:
+            self.words[address] = self.other_words.get(address, zero_of(self.words[address]))
+        elif address not in self.other_words:
+            del self.words[address]
         else:
             return False
-        self.unreadable.setdefault(place, str(error))
+        self.unreadable.setdefault(address, str(error))
         return True
 
     def _add_missing_words(self) -> bool:
@@ -419,24 +419,24 @@ class _Reader:
         if not path:
             return False
         readable = self.listing.words.keys() - self.unreadable.keys()
-        places = [
-            place
-            for place in dict.fromkeys(self.other_side[1].places_under(name, dotted_text(path), self.words))
-            if place in readable
+        addresses = [
+            address
+            for address in dict.fromkeys(self.other_side[1].addresses_under(name, dotted_text(path), self.words))
+            if address in readable
         ]
-        for place in places:
-            self.unreadable[place] = str(error)
-            if place in self.other_words:
-                self.words[place] = self.other_words[place]
+        for address in addresses:
+            self.unreadable[address] = str(error)
+            if address in self.other_words:
+                self.words[address] = self.other_words[address]
             else:
-                del self.words[place]
+                del self.words[address]
         i = next((i for i, entry in enumerate(self.settings) if owner_name(entry) == name), None)
         if i is None or not has_key(self.settings[i], path):
-            return bool(places)
+            return bool(addresses)
         entry = self.settings[i]
         return self._replace_setting(
             (name, dotted_text(path)), entry, self._other_settings(entry, i), path, error
-        ) or bool(places)
+        ) or bool(addresses)
 
     def _find_owner(self, path: Path) -> tuple[str, Path]:
         """The loop or block that a place of the configuration is in, and the rest of the place."""
@@ -516,28 +516,28 @@ def _bcd_words(words: Mapping[int, int], encoding: Encoding) -> Iterator[Suspect
                 yield Suspect(name, number, block.loop, raw, typed, as_bcd, codec.show(typed))
 
 
-def suspect_notes(suspected: tuple[Suspect, ...]) -> Iterator[str]:
+def suspect_notes(suspects: tuple[Suspect, ...]) -> Iterator[str]:
     """A note a loop on BCD words that stand beside one that is none."""
-    for loop in dict.fromkeys(suspect.loop for suspect in suspected):
-        of_loop = [suspect for suspect in suspected if suspect.loop == loop]
-        wrong = ", ".join(suspect.address for suspect in of_loop if not suspect.as_bcd)
-        others = [f"{suspect.address} {suspect.both_readings}" for suspect in of_loop if suspect.as_bcd]
+    for loop in dict.fromkeys(suspect.loop for suspect in suspects):
+        loop_suspects = [suspect for suspect in suspects if suspect.loop == loop]
+        wrong = ", ".join(suspect.address for suspect in loop_suspects if not suspect.as_bcd)
+        others = [f"{suspect.address} {suspect.both_readings}" for suspect in loop_suspects if suspect.as_bcd]
         if others:
             yield f"{loop}: beside {wrong} these may be typed in decimal, too: {'; '.join(others)}"
 
 
-def suggested_listing(listing: Listing, encoding: Encoding, suspected: tuple[Suspect, ...]) -> str:
+def suggested_listing(listing: Listing, encoding: Encoding, suspects: tuple[Suspect, ...]) -> str:
     """The listing as text with BCD in place of the words that are none, and all readings beside them."""
-    by_number = {suspect.number: suspect for suspect in suspected}
-    known = {cell.number: cell for cell in encoding.image.cells}
-    cells = []
+    by_number = {suspect.number: suspect for suspect in suspects}
+    cells = {cell.number: cell for cell in encoding.image.cells}
+    new_cells = []
     for number, content in sorted(listing.words.items()):
-        suspect, cell = by_number.get(number), known.get(number)
+        suspect, cell = by_number.get(number), cells.get(number)
         raw = suspect.word if suspect is not None and not suspect.as_bcd else content
         field, loop = ("-", None) if cell is None else (cell.field, cell.loop)
-        cells.append(Cell(encoding.space.name(number), number, raw, field, loop, encoding.space.kind_of(number)))
-    text = write_text(Image(encoding.vendor, tuple(cells), listing.settings, listing.plc))
-    return "".join(f"{_with_readings(line, suspected)}\n" for line in _suggested_lines(text, listing))
+        new_cells.append(Cell(encoding.space.name(number), number, raw, field, loop, encoding.space.kind_of(number)))
+    text = write_text(Image(encoding.vendor, tuple(new_cells), listing.settings, listing.plc))
+    return "".join(f"{_with_readings(line, suspects)}\n" for line in _suggested_lines(text, listing))
 
 
 def _suggested_lines(text: str, listing: Listing) -> Iterator[str]:
@@ -545,7 +545,7 @@ def _suggested_lines(text: str, listing: Listing) -> Iterator[str]:
     first, *others = text.splitlines()
     yield first
     yield "# suggested: the words marked 'no BCD' have digits instead; compare every marked word with the PID dialog"
-    yield from (line for line in others if listing.has_settings or not line.startswith(PLC))
+    yield from (line for line in others if listing.has_settings or not line.startswith(PLC_PREFIX))
 
 
 def _with_readings(line: str, suspected: tuple[Suspect, ...]) -> str:

@@ -100,7 +100,7 @@ class Image:
 class Block:
     """A register block at its address, and the place in the configuration that it comes from."""
 
-    place: Path
+    path: Path
     start: int
     table: RegisterMap
     encoded: Encoded
@@ -121,7 +121,7 @@ class Block:
                 self.loop,
                 space.kind_of(a),
                 row.access,
-                None if row.path is None else (*self.place, *parse_path(row.path)),
+                None if row.path is None else (*self.path, *parse_path(row.path)),
             )
             for row, a in ((row, self.start + row.offset) for row in rows)
         ]
@@ -156,7 +156,7 @@ class Encoding:
     @cached_property
     def misfits(self) -> tuple[tuple[Path, Misfit], ...]:
         """Values that their registers cannot hold, each with its place."""
-        return tuple(((*b.place, *parse_path(m.path)), m) for b in self.blocks for m in b.encoded.misfits)
+        return tuple(((*b.path, *parse_path(m.path)), m) for b in self.blocks for m in b.encoded.misfits)
 
     @cached_property
     def blocks_outside(self) -> tuple[Block, ...]:
@@ -171,13 +171,13 @@ class Encoding:
     @cached_property
     def rounded(self) -> tuple[tuple[Path, Rounded], ...]:
         """Values that their registers hold only rounded, each with its place."""
-        return tuple(((*b.place, *parse_path(r.path)), r) for b in self.blocks for r in b.encoded.rounded)
+        return tuple(((*b.path, *parse_path(r.path)), r) for b in self.blocks for r in b.encoded.rounded)
 
-    def places_under(self, loop: str, key: str, _: Iterable[object]) -> Iterator[int]:
+    def addresses_under(self, loop: str, key: str, _: Iterable[object]) -> Iterator[int]:
         """The registers that hold a section of a loop."""
         for block in self.blocks:
             if block.loop == loop:
-                inner = dotted_text(block.place[2:])
+                inner = dotted_text(block.path[2:])
                 for point in block.table.points:
                     own = ".".join(part for part in (inner, point.path) if part)
                     if point.path is not None and (own == key or own.startswith(f"{key}.")):
@@ -274,7 +274,7 @@ def without_none(data: Mapping[str, Any]) -> Data:
 # that is a loop's name, a time that is ``off``) is code of the vendor, which changes values on their way.
 
 NO_VALUES: Mapping[str, Any] = MappingProxyType({})
-ENABLED = "enabled"
+ENABLE_KEY = "enabled"
 """How the key of an enable bit ends."""
 
 
@@ -322,7 +322,7 @@ def values_of(loop: Model, tables: Iterable[RegisterMap], unset: Mapping[str, ob
 
 
 def _value_of_path(loop: Model, path: str, unset: Mapping[str, object]) -> Any:
-    if path.endswith(ENABLED):
+    if path.endswith(ENABLE_KEY):
         return is_enabled(loop, path)
     value = value_at(loop, parse_path(path))
     return _default_value(type(loop), path, unset) if value is None else value
@@ -340,13 +340,13 @@ def is_switched_on(bit: bool | None, *values: object) -> bool:  # noqa: FBT001 -
 
 def is_enabled(loop: object, path: str) -> bool:
     """The state of an enable bit: as written, else on when its value, or anything of its section, is given."""
-    *above, key = parse_path(path)
-    bit = value_at(loop, (*above, key))
+    *section_path, key = parse_path(path)
+    bit = value_at(loop, (*section_path, key))
     if bit is not None:
         return bool(bit)
-    if key != ENABLED:
-        return value_at(loop, (*above, str(key).removesuffix(f"_{ENABLED}"))) is not None
-    section = value_at(loop, above)
+    if key != ENABLE_KEY:
+        return value_at(loop, (*section_path, str(key).removesuffix(f"_{ENABLE_KEY}"))) is not None
+    section = value_at(loop, section_path)
     return section is not None and any(value is not None for value in dict(section).values())
 
 
@@ -374,8 +374,8 @@ def file_data(
         if part.section is not None and path not in values:
             section = file_data(part.section, values, unset, always_written, f"{path}.")
             data |= {part.key: section} if section else {}
-        elif part.key.endswith(ENABLED):
-            has_value = data if part.key == ENABLED else part.key.removesuffix(f"_{ENABLED}") in data
+        elif part.key.endswith(ENABLE_KEY):
+            has_value = data if part.key == ENABLE_KEY else part.key.removesuffix(f"_{ENABLE_KEY}") in data
             if has_value and not values[path]:
                 data[part.key] = False
         elif (
@@ -388,9 +388,9 @@ def file_data(
     return data
 
 
-def _is_switched_on(values: Mapping[str, object], path: str, above: str) -> bool:
+def _is_switched_on(values: Mapping[str, object], path: str, prefix: str) -> bool:
     """Whether the enable bit of a field, or of all of its section, is on."""
-    return bool(values.get(f"{path}_{ENABLED}") or values.get(above + ENABLED))
+    return bool(values.get(f"{path}_{ENABLE_KEY}") or values.get(prefix + ENABLE_KEY))
 
 
 def _is_different(field: Field, path: str, values: Mapping[str, object], unset: Mapping[str, object]) -> bool:
@@ -551,16 +551,16 @@ class LoopBlock:
             raise self._at_address(error) from None
 
     def _at_address(self, error: DecodeError) -> NoValueError:
-        address = self.start + (error.place or 0)
+        address = self.start + (error.address or 0)
         return NoValueError(f"{self.loop}, {self.space.name(address)}: {error}", address)
 
-    def note_omitted(self, noted: Collection[str] = ()) -> Iterator[str]:
+    def note_omitted(self, noted_names: Collection[str] = ()) -> Iterator[str]:
         """Says what is not carried over: momentary requests, what the controller writes, reserved registers.
 
-        ``noted``: registers of which another note speaks.
+        ``noted_names``: registers of which another note speaks.
         """
         for row in self.table.words:
-            if row.path is None and self.raw[row.offset] and row.name not in noted:
+            if row.path is None and self.raw[row.offset] and row.name not in noted_names:
                 address = self.start + row.offset
                 value = self.space.kind_of(address).text(self.raw[row.offset])
                 yield f"{self.loop}: {self.space.name(address)} = {value} ({row.title}) is not carried over"

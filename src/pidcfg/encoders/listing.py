@@ -32,10 +32,10 @@ if TYPE_CHECKING:
 # comment lines. Listings of memory are in `pidcfg.encoders.listing`, those of named parameters in
 # `pidcfg.encoders.parameter_files`.
 
-PLC, LOOP = "# plc: ", "# loop: "
+PLC_PREFIX, LOOP_PREFIX = "# plc: ", "# loop: "
 """How the comment lines begin that carry what no register holds: one for the file, one a loop."""
-DECIMAL = re.compile(r"-?[0-9]+(\.[0-9]+)?([eE][-+]?[0-9]+)?")
-WHOLE = re.compile(r"-?[0-9]{1,10}")
+DECIMAL_PATTERN = re.compile(r"-?[0-9]+(\.[0-9]+)?([eE][-+]?[0-9]+)?")
+WHOLE_PATTERN = re.compile(r"-?[0-9]{1,10}")
 JSON_VERSION = 1
 """Of JSON listings."""
 MAX_NAMES = 12
@@ -96,12 +96,15 @@ class Listing:
 
 def settings_comments(image: AnyImage) -> list[str]:
     """The comment lines above the words: the settings for the way back."""
-    return [PLC + json_line(dict(image.plc)), *(LOOP + json_line(dict(entry)) for entry in image.settings)]
+    return [
+        PLC_PREFIX + json_line(dict(image.plc)),
+        *(LOOP_PREFIX + json_line(dict(entry)) for entry in image.settings),
+    ]
 
 
-def csv_text(header: Iterable[str], rows: Iterable[Iterable[object]], above: Iterable[str]) -> str:
+def csv_text(header: Iterable[str], rows: Iterable[Iterable[object]], comments: Iterable[str]) -> str:
     """A CSV file: the comment lines above, the header and the rows."""
-    return "".join(f"{line}\n" for line in above) + csv_lines([header, *rows])
+    return "".join(f"{line}\n" for line in comments) + csv_lines([header, *rows])
 
 
 def csv_lines(rows: Iterable[Iterable[object]], end: str = "\n", delimiter: str = ",") -> str:
@@ -124,8 +127,8 @@ def json_listing(image: AnyImage, checklist: tuple[str, ...], words: Sequence[Ma
     return json_text(document)
 
 
-def fill_from_json(listing: Listing, text: str, word: Callable[[Mapping[str, Any], str], tuple[Any, Any]]) -> Listing:
-    """Puts a JSON document into a listing; ``word`` makes key and content of an entry and its place for messages."""
+def fill_from_json(listing: Listing, text: str, read: Callable[[Mapping[str, Any], str], tuple[Any, Any]]) -> Listing:
+    """Puts a JSON document into a listing; ``read`` makes key and content of an entry and its place for messages."""
     document = load_json(text)
     version = document.get("version", JSON_VERSION) if isinstance(document, dict) else JSON_VERSION
     if version != JSON_VERSION or not isinstance(version, int) or isinstance(version, bool):
@@ -136,7 +139,7 @@ def fill_from_json(listing: Listing, text: str, word: Callable[[Mapping[str, Any
     for i, entry in enumerate(words):
         if not isinstance(entry, dict) or not isinstance(entry.get("address"), str):
             raise ListingError(f"words[{i}] has no text 'address'")
-        listing.add(*word(entry, f"words[{i}] ({entry['address']})"), entry["address"])
+        listing.add(*read(entry, f"words[{i}] ({entry['address']})"), entry["address"])
     take_settings(document, listing)
     listing.vendor = document.get("vendor")
     return listing
@@ -145,7 +148,7 @@ def fill_from_json(listing: Listing, text: str, word: Callable[[Mapping[str, Any
 def load_json(text: str) -> Any:
     """A JSON document without NaN and infinities, also such as only a computer makes of a number."""
     try:
-        return json.loads(text, parse_constant=_no_constant, parse_float=_finite_number)
+        return json.loads(text, parse_constant=_refuse_constant, parse_float=_finite_number)
     except json.JSONDecodeError as error:
         raise ListingError(f"not JSON: {error.msg}", error.lineno, error.colno) from None
     except ListingError:
@@ -156,7 +159,7 @@ def load_json(text: str) -> Any:
         raise ListingError("the JSON document is nested too deeply") from None
 
 
-def _no_constant(name: str) -> None:
+def _refuse_constant(name: str) -> None:
     raise ListingError(f"{name} is not a number of JSON")
 
 
@@ -167,9 +170,9 @@ def _finite_number(text: str) -> float:
     return value
 
 
-def settings_line(line: str, number: int, listing: Listing) -> bool:
+def read_settings_line(line: str, number: int, listing: Listing) -> bool:
     """Whether a line is blank or a comment; the settings are taken from theirs."""
-    for start in (PLC, LOOP):
+    for start in (PLC_PREFIX, LOOP_PREFIX):
         if line.startswith(start):
             try:
                 entry = load_json(line.removeprefix(start))
@@ -177,7 +180,7 @@ def settings_line(line: str, number: int, listing: Listing) -> bool:
                 raise ListingError(str(error), number, len(start) + error.column) from None
             if not isinstance(entry, dict):
                 raise ListingError("the settings are not a mapping", number, len(start) + 1)
-            if start == PLC:
+            if start == PLC_PREFIX:
                 listing.plc, listing.has_settings = entry, True
             else:
                 listing.settings = (*listing.settings, entry)
@@ -201,9 +204,9 @@ def shorten_names(names: list[str]) -> str:
 
 def decimal_content(text: str, kind: Kind) -> int | None:
     """The raw content of a value as a listing writes it; None when the address cannot hold it."""
-    if not DECIMAL.fullmatch(text):
+    if not DECIMAL_PATTERN.fullmatch(text):
         return None
-    return kind.read(int(text) if WHOLE.fullmatch(text) else float(text))
+    return kind.read(int(text) if WHOLE_PATTERN.fullmatch(text) else float(text))
 
 
 # --- Tables with a header, as programs write them and spreadsheets save them again ------------------------------------
@@ -238,24 +241,24 @@ def column_names(text: str) -> list[str]:
 
 
 def table_rows(
-    text: str, listing: Listing, required: tuple[str, ...], other_names: Mapping[str, str] | None = None
+    text: str, listing: Listing, required: tuple[str, ...], aliases: Mapping[str, str] | None = None
 ) -> Iterator[tuple[int, dict[str, str]]]:
     """The rows of a table with their line numbers; comment lines are read into ``listing``.
 
-    ``required``: the columns that must be there, ``hex|value`` for one of two. ``other_names``: columns by names that
+    ``required``: the columns that must be there, ``hex|value`` for one of two. ``aliases``: columns by names that
     count as well. Raises `ListingError`.
     """
     separator = find_delimiter(text)
     header: list[str] | None = None
     for number, line in enumerate(text.splitlines(), start=1):
-        if settings_line(_restore_comment(line, separator), number, listing):
+        if read_settings_line(_restore_comment(line, separator), number, listing):
             continue
         try:
             cells = [cell.strip() for cell in next(csv.reader([line], delimiter=separator, strict=True))]
         except csv.Error as error:
             raise ListingError(f"not CSV: {error}", number) from None
         if header is None:
-            known_names = other_names or {}
+            known_names = aliases or {}
             header = _read_header([known_names.get(cell.lower(), cell) for cell in cells], required, number)
         elif any(cells):
             if len(cells) < len(header) or any(cells[len(header) :]):
@@ -299,11 +302,11 @@ def _restore_comment(line: str, separator: str) -> str:
 # hexadecimal and a decimal value that differ are refused with their line.
 
 COLUMNS = ("address", "hex", "value", "loop", "field")
-OTHER_NAMES = {"element": "address", "decimal": "value", "dec": "value"}
+COLUMN_ALIASES = {"element": "address", "decimal": "value", "dec": "value"}
 """What programming software calls these columns."""
-LEADING_ZERO = re.compile(r"0[0-9]")
+LEADING_ZERO_PATTERN = re.compile(r"0[0-9]")
 """Digits that nobody writes before a decimal number."""
-HEX = re.compile(r"(0[xX])?[0-9A-Fa-f]{1,8}")
+HEX_PATTERN = re.compile(r"(0[xX])?[0-9A-Fa-f]{1,8}")
 HEADERS_ADVICE = "the header 'address,hex', or 'address,value' where the numbers are decimal"
 
 
@@ -311,11 +314,11 @@ def write_text(image: Image, checklist: tuple[str, ...] = ()) -> str:
     """One word a line: address, hexadecimal (a BCD word reads as its digits), decimal, loop, register."""
     del checklist
     lines = [f"# {image.vendor} memory listing: address, hex, decimal, loop, register", *settings_comments(image)]
-    wide = max((c.kind.digits for c in image.cells), default=1)
-    long = max((5, *(len(c.text) for c in image.cells)))
+    hex_size = max((c.kind.digits for c in image.cells), default=1)
+    text_size = max((5, *(len(c.text) for c in image.cells)))
     width = max((width_of(c.loop or "-") for c in image.cells), default=1)
     lines += [
-        f"{c.address:<7} {c.hex:>{wide}}  {c.text:>{long}}  {pad_right(_loop_text(c.loop), width)}  {c.field}"
+        f"{c.address:<7} {c.hex:>{hex_size}}  {c.text:>{text_size}}  {pad_right(_loop_text(c.loop), width)}  {c.field}"
         for c in image.cells
     ]
     return "\n".join(lines) + "\n"
@@ -329,7 +332,7 @@ def read_text(text: str, space: Space) -> Listing:
     """The first two columns of each line and the settings comment; anything after them is for people."""
     listing = Listing()
     for number, line in enumerate(text.splitlines(), start=1):
-        if settings_line(line, number, listing):
+        if read_settings_line(line, number, listing):
             continue
         parts = line.split()
         if len(parts) == 1:
@@ -337,7 +340,7 @@ def read_text(text: str, space: Space) -> Listing:
         address = _parse_address(parts[0], space, number, line.index(parts[0]) + 1)
         kind = space.kind_of(address)
         word = _parse_raw(parts[1], kind, number, line.index(parts[1], len(parts[0])) + 1)
-        if len(parts) > 2 and DECIMAL.fullmatch(parts[2]):
+        if len(parts) > 2 and DECIMAL_PATTERN.fullmatch(parts[2]):
             _check_agreement(word, parts[2], kind, parts[0], number)
         listing.add(address, word, parts[0], number)
     return listing
@@ -353,7 +356,7 @@ def write_csv(image: Image, checklist: tuple[str, ...] = ()) -> str:
 def read_csv(text: str, space: Space) -> Listing:
     """Rows by their header, so that columns may be reordered, added or (but for address and content) left out."""
     listing = Listing()
-    for number, row in table_rows(text, listing, required=("address", "hex|value"), other_names=OTHER_NAMES):
+    for number, row in table_rows(text, listing, required=("address", "hex|value"), aliases=COLUMN_ALIASES):
         address = _parse_address(row["address"], space, number, 1)
         listing.add(address, _row_content(row, space.kind_of(address), number), row["address"], number)
     return listing
@@ -365,12 +368,12 @@ def _row_content(row: Mapping[str, str], kind: Kind, number: int) -> int:
         raw = _parse_raw(row["hex"], kind, number, 1)
         _check_agreement(raw, row.get("value"), kind, row["address"], number)
         return raw
-    if LEADING_ZERO.match(row.get("value", "")):
+    if LEADING_ZERO_PATTERN.match(row.get("value", "")):
         message = f"{row['address']}: {row['value']} looks hexadecimal and stands in a column of decimal values"
         raise ListingError(f"{message}; call the column Hex, or write it without the zeros before it", number)
     content = decimal_content(row.get("value", ""), kind)
     if content is None:
-        raise ListingError(f"{row['address']}: {row.get('value', '')!r} is not {kind.holds}", number)
+        raise ListingError(f"{row['address']}: {row.get('value', '')!r} is not {kind.title}", number)
     return content
 
 
@@ -384,11 +387,11 @@ def write_json(image: Image, checklist: tuple[str, ...] = ()) -> str:
 def read_json(text: str, space: Space) -> Listing:
     """``words`` with address and value, and the settings."""
 
-    def word(entry: Settings, place: str) -> tuple[int, int]:
+    def read_word(entry: Settings, place: str) -> tuple[int, int]:
         address = _parse_address(entry["address"], space, 1, 1)
         return address, _json_content(entry, space.kind_of(address), place)
 
-    return fill_from_json(Listing(), text, word)
+    return fill_from_json(Listing(), text, read_word)
 
 
 def _json_content(entry: Mapping[str, object], kind: Kind, place: str) -> int:
@@ -396,7 +399,7 @@ def _json_content(entry: Mapping[str, object], kind: Kind, place: str) -> int:
     value = entry.get("value")
     raw = kind.read(value)
     if raw is None:
-        raise ListingError(f"{place}: the value {json.dumps(value)} is not {kind.holds}")
+        raise ListingError(f"{place}: the value {json.dumps(value)} is not {kind.title}")
     if "hex" in entry and (not isinstance(entry["hex"], str) or _parse_raw(entry["hex"], kind, 1, 1) != raw):
         raise ListingError(f"{place}: hex {entry['hex']!r} and value {json.dumps(value)} differ")
     return raw
@@ -410,7 +413,7 @@ def _parse_address(text: str, space: Space, line: int, column: int) -> int:
 
 
 def _parse_raw(text: str, kind: Kind, line: int, column: int) -> int:
-    if not HEX.fullmatch(text) or int(text, 16) > kind.highest:
+    if not HEX_PATTERN.fullmatch(text) or int(text, 16) > kind.highest:
         raise ListingError(
             f"{text!r} is not {kind.name} content of up to {kind.digits} hexadecimal digits", line, column
         )
@@ -587,14 +590,14 @@ def detect_kind(text: str, kinds: Mapping[str, FileKind]) -> FileKind | None:
 
 def listing_kinds(space: Space, title: str, numbering: Numbering | None = None) -> dict[str, FileKind]:
     """The formats that every vendor with addresses has: text, csv, json, and modbus where its numbering is known."""
-    word = re.compile(rf"({'|'.join(bank.prefix for bank in space.banks)})[0-9]\w*(\s|$)", re.IGNORECASE)
+    address_line = re.compile(rf"({'|'.join(bank.prefix for bank in space.banks)})[0-9]\w*(\s|$)", re.IGNORECASE)
     kinds = [
         FileKind(
             "text",
             title,
             write_text,
             partial(read_text, space=space),
-            lambda text: word.match(first_line(text)) is not None,
+            lambda text: address_line.match(first_line(text)) is not None,
             may_be_partial=True,
         ),
         FileKind(

@@ -64,7 +64,7 @@ BIT_TABLES = frozenset({"coil", "discrete"})
 NO_TABLE: Literal["none"] = "none"
 """In place of a table: no register has it."""
 LAST_BIT = 15
-REGISTER = re.compile(r"(?P<number>0[xX][0-9A-Fa-f]{1,4}|[0-9]{1,6})(?:\.(?P<bit>[0-9]{1,2}))?")
+REGISTER_PATTERN = re.compile(r"(?P<number>0[xX][0-9A-Fa-f]{1,4}|[0-9]{1,6})(?:\.(?P<bit>[0-9]{1,2}))?")
 
 
 class MapError(ListingError):
@@ -127,13 +127,13 @@ def place_text(place: Place) -> str:
 def read_map_rows(text: str) -> list[Row]:
     """The rows of a map; raises `MapError`."""
     text = text.removeprefix("\ufeff")
-    between, rows = find_delimiter(text), list[Row]()
+    separator, rows = find_delimiter(text), list[Row]()
     header: tuple[str, ...] = HEADER
     is_first = True
     for line, content in enumerate(text.splitlines(), start=1):
-        if not content.strip(f" \t{between}") or content.lstrip().startswith(COMMENT_STARTS):
+        if not content.strip(f" \t{separator}") or content.lstrip().startswith(COMMENT_STARTS):
             continue
-        cells = list(_split_cells(content, between, line))
+        cells = list(_split_cells(content, separator, line))
         if is_first and _is_header({text.lower() for text, _ in cells}):
             header = _read_header(cells, line)
         else:
@@ -153,15 +153,15 @@ def _split_cells(content: str, separator: str, line: int) -> Iterator[tuple[str,
     """The cells of a line, each with its column."""
     end = re.escape(separator)
     cell = re.compile(rf'[ ]*(?P<text>"(?:[^"]|"")*" *|[^"{end}][^{end}]*|)(?P<end>{end}|$)')
-    at = 0
-    while (match := cell.match(content, at)) is not None:
+    position = 0
+    while (match := cell.match(content, position)) is not None:
         text = match["text"].strip()
         is_quoted = len(text) > 1 and text[0] == text[-1] == '"'
         yield text[1:-1].replace('""', '"').strip() if is_quoted else text, match.start("text") + 1
-        at = match.end()
+        position = match.end()
         if not match["end"]:
             return
-    raise MapError("a cell ends behind a quotation mark: remove the mark", line, at + 1)
+    raise MapError("a cell ends behind a quotation mark: remove the mark", line, position + 1)
 
 
 def _read_header(cells: list[tuple[str, int]], line: int) -> tuple[str, ...]:
@@ -220,7 +220,7 @@ def _with_register(row: Row, table: Table, text: str) -> Row:
     if not text:
         first = f"{table} 0 is what references call {reference(table, 0)}"
         raise row.error_in("register", f"the register of {row.symbol} is missing; write its number from 0 on: {first}")
-    match = REGISTER.fullmatch(text)
+    match = REGISTER_PATTERN.fullmatch(text)
     if match is None:
         raise row.error_in("register", f"{text!r} is no register; write 0 to {WORD_MAX}, of a bit such as 100.3")
     number = int(match["number"], 16 if match["number"][:2].lower() == "0x" else 10)
@@ -242,10 +242,10 @@ def _with_register(row: Row, table: Table, text: str) -> Row:
 
 def _refuse_reference(row: Row, table: Table, text: str, number: int) -> None:
     """Refuses what two people read differently (D890)."""
-    short, long = FIRST_REFERENCE[table]
+    five_digit, six_digit = FIRST_REFERENCE[table]
     if len(text) > 1 and text[0] == "0" and text[1] not in "xX":
         raise row.error_in("register", f"{text} may be a number or a reference; write {number} or {max(number - 1, 0)}")
-    first = next((n for n in (short, long) if n > 1 and n <= number < n + MAX_FIVE_DIGIT_REGISTER), None)
+    first = next((n for n in (five_digit, six_digit) if n > 1 and n <= number < n + MAX_FIVE_DIGIT_REGISTER), None)
     if first is not None and text[1] not in "xX":
         other = f", or 0x{number:X} if {number} itself is meant" if number <= WORD_MAX else ""
         advice = f"{number} is how references call {table} {number - first}; write {number - first}{other}"
@@ -374,7 +374,7 @@ def _start_number(row: Row, space: Space) -> int:
     types = map_types_of(space.kind_of(start))
     if row.type not in types:
         raise row.error_in(
-            "type", f"{row.symbol} holds {space.kind_of(start).holds}: {' or '.join(types)}, not {row.type}"
+            "type", f"{row.symbol} holds {space.kind_of(start).title}: {' or '.join(types)}, not {row.type}"
         )
     return start
 
@@ -480,24 +480,24 @@ class NamedNumbering:
 def read_symbol_map(text: str, symbols: Symbols) -> NamedNumbering:
     """A map as text for one program; raises `MapError` with the place of what cannot be read, or is missing."""
     rows = read_map_rows(text)
-    single: dict[str, Row] = {}
-    banks: list[tuple[Device, Row]] = []
+    point_rows: dict[str, Row] = {}
+    device_rows: list[tuple[Device, Row]] = []
     for row in rows:
         device = symbols.device(row.symbol)
         point = symbols.find_point(row.symbol)
         if device is not None and point is None:
-            same = [other for start, other in banks if start == device]
+            same = [other for start, other in device_rows if start == device]
             _refuse_repeated(row, [other for other in same if other.type == row.type])
             _refuse_second_place(row, same)
-            banks.append((device, _check_device_row(row, symbols)))
+            device_rows.append((device, _check_device_row(row, symbols)))
         elif point is not None:
-            _refuse_repeated(row, [single[point.name]] if point.name in single else [])
-            single[point.name] = _check_point_row(row, point)
+            _refuse_repeated(row, [point_rows[point.name]] if point.name in point_rows else [])
+            point_rows[point.name] = _check_point_row(row, point)
         elif not symbols.is_foreign(row.symbol):
             near = closest_name(row.symbol, symbols.points)
             cure = f"did you mean {near}?" if near else "write the name of a parameter"
             raise row.error_in("symbol", f"{row.symbol!r} is not {symbols.title}; {cure}")
-    return _make_numbering(symbols, single, banks, rows[-1].line)
+    return _make_numbering(symbols, point_rows, device_rows, rows[-1].line)
 
 
 def _refuse_repeated(row: Row, others: list[Row]) -> None:
@@ -536,16 +536,16 @@ def _check_device_row(row: Row, symbols: Symbols) -> Row:
 
 
 def _make_numbering(
-    symbols: Symbols, single: Mapping[str, Row], banks: list[tuple[Device, Row]], last: int
+    symbols: Symbols, point_rows: Mapping[str, Row], device_rows: list[tuple[Device, Row]], last_line: int
 ) -> NamedNumbering:
     """The places of all parameters that rows cover; what is missing, or stands twice, is refused."""
     places: dict[str, Place] = {}
     lines: dict[str, Row] = {}
     for point in symbols.points.values():
-        row, steps = single.get(point.name), 0
+        row, steps = point_rows.get(point.name), 0
         device = symbols.device(point.device)
         if row is None and device is not None:
-            start, row = _bank_row(point, device, banks)
+            start, row = _bank_row(point, device, device_rows)
             steps = device[1] - start
         if row is None or row.table == NO_TABLE:
             continue
@@ -554,24 +554,24 @@ def _make_numbering(
         except LookupError as error:
             raise row.error_in("register", f"{_point_name(point)} would be at {error}") from None
         lines[point.name] = row
-    without = tuple(name for name, row in single.items() if row.table == NO_TABLE)
-    missing = [p for p in symbols.points.values() if p.needed and p.name not in places and p.name not in without]
+    unmapped = tuple(name for name, row in point_rows.items() if row.table == NO_TABLE)
+    missing = [p for p in symbols.points.values() if p.needed and p.name not in places and p.name not in unmapped]
     if missing:
-        raise MapError(_missing_rows_text(missing), last)
+        raise MapError(_missing_rows_text(missing), last_line)
     _refuse_overlaps(symbols, places, lines)
     literals = (point.name for point in symbols.points.values() if point.literal and point.name not in places)
-    return NamedNumbering(symbols.points, places, without, tuple(name for name in literals if name not in without))
+    return NamedNumbering(symbols.points, places, unmapped, tuple(name for name in literals if name not in unmapped))
 
 
-def _bank_row(point: Point, device: Device, banks: list[tuple[Device, Row]]) -> tuple[int, Row | None]:
+def _bank_row(point: Point, device: Device, device_rows: list[tuple[Device, Row]]) -> tuple[int, Row | None]:
     """The row that a device is behind, of its bank and its type: the nearest one."""
     bank, number = device
-    before = [
+    candidates = [
         (start, row)
-        for (bank_name, start), row in banks
+        for (bank_name, start), row in device_rows
         if bank_name == bank and start <= number and row.type in types_of(point.type)
     ]
-    return max(before, key=lambda entry: entry[0], default=(0, None))
+    return max(candidates, key=lambda entry: entry[0], default=(0, None))
 
 
 def _point_name(point: Point) -> str:
@@ -616,7 +616,7 @@ def with_contents(program: Program, contents: Mapping[str, Content]) -> Program:
 
 # --- A Modbus map that is ready to be filled in: a row for everything that it must cover, without the registers -------
 
-FORMAT = "modbus-map"
+FORMAT_NAME = "modbus-map"
 COLUMNS = ",".join(HEADER[:5])
 Rows = list[str]
 """Rows of a map; those that begin with ``#`` are offered and not needed."""
@@ -628,7 +628,7 @@ def map_kind(rows: Callable[[Any], Rows]) -> FileKind:
     """The format ``modbus-map`` of a vendor."""
     title = "Modbus map to be filled in (CSV)"
     return FileKind(
-        FORMAT, title, lambda image, _: _map_text(rows(image)), _refuse_reading, lambda _: False, is_complete=False
+        FORMAT_NAME, title, lambda image, _: _map_text(rows(image)), _refuse_reading, lambda _: False, is_complete=False
     )
 
 
@@ -647,29 +647,29 @@ def _map_text(rows: Iterable[str]) -> str:
     return "".join(f"{line}\n" for line in lines)
 
 
-def bank_template_rows(space: Space, offered: Space) -> Rows:
-    """A row a bank, which counts for all registers behind its own; ``offered``: with tags that a trend wants."""
+def bank_template_rows(space: Space, offered_space: Space) -> Rows:
+    """A row a bank, which counts for all registers behind its own; ``offered_space``: with tags that a trend wants."""
     rows = [
         f"{bank.address_name(bank.first)},{'coil' if bank.kind is BIT else 'holding'},,{map_types_of(bank.kind)[0]}"
-        for bank in offered.banks
+        for bank in offered_space.banks
     ]
-    needed = len(space.banks)
-    return [*rows[:needed], *(f"# {row}" for row in rows[needed:])]
+    needed_count = len(space.banks)
+    return [*rows[:needed_count], *(f"# {row}" for row in rows[needed_count:])]
 
 
-def symbol_template_rows(symbols: Symbols, offered: Iterable[str] = (), prefix: str = "") -> Rows:
+def symbol_template_rows(symbols: Symbols, offered_names: Iterable[str] = (), prefix: str = "") -> Rows:
     """A row a parameter, of devices one a bank and type.
 
-    ``offered``: names of parameters that no map has to cover, but that a trend or an operator wants.
+    ``offered_names``: names of parameters that no map has to cover, but that a trend or an operator wants.
     """
     rows: dict[str, None] = {}
     points = symbols.points.values()
     for point in points:
         if point.needed:
             rows[_template_row(symbols, point, prefix)] = None
-    wanted = set(offered)
-    more = (p for p in points if not p.needed and p.name.removeprefix(f"{p.loop}.") in wanted and p.loop)
-    others = dict.fromkeys(_template_row(symbols, point, prefix) for point in more)
+    wanted = set(offered_names)
+    offered_points = (p for p in points if not p.needed and p.name.removeprefix(f"{p.loop}.") in wanted and p.loop)
+    others = dict.fromkeys(_template_row(symbols, point, prefix) for point in offered_points)
     return [*rows, *(f"# {row}" for row in others if row not in rows)]
 
 

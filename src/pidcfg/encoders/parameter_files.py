@@ -19,8 +19,8 @@ from pidcfg.encoders.listing import (
     fill_from_json,
     first_line,
     json_listing,
+    read_settings_line,
     settings_comments,
-    settings_line,
     table_rows,
 )
 from pidcfg.encoders.parameters import TYPES, Content, Entry, Program, content_text, read_content
@@ -28,7 +28,7 @@ from pidcfg.schemas.iec import BOOL, DINT, REAL, IecType, Wire
 from pidcfg.schemas.numbers import NUMBER
 from pidcfg.text.signs import pad_right, width_of
 
-NAME = re.compile(r"\w[\w.\-/# ]*")
+NAME_PATTERN = re.compile(r"\w[\w.\-/# ]*")
 COLUMNS = ("name", "type", "value", "expression", "device", "loop", "parameter")
 WIRE_MARK = ":="
 """What stands before an expression in a text listing."""
@@ -55,10 +55,10 @@ def write_text(image: Program, checklist: tuple[str, ...] = ()) -> str:
     """One parameter a line: name, type, content."""
     del checklist
     lines = [f"# {image.vendor} parameters: name, type, value", *settings_comments(image)]
-    wide = max((width_of(unspaced_name(c.address)) for c in image.cells), default=1)
+    name_width = max((width_of(unspaced_name(c.address)) for c in image.cells), default=1)
     for cell in image.cells:
         content = f"{WIRE_MARK} {cell.raw.text}" if isinstance(cell.raw, Wire) else content_text(cell.type, cell.raw)
-        lines.append(f"{pad_right(unspaced_name(cell.address), wide)}  {cell.type.name:<5} {content}")
+        lines.append(f"{pad_right(unspaced_name(cell.address), name_width)}  {cell.type.name:<5} {content}")
     return "\n".join(lines) + "\n"
 
 
@@ -71,7 +71,7 @@ def read_text(text: str) -> Listing:
     """Three columns; the rest of a line is the content."""
     listing = ParameterListing()
     for number, line in enumerate(text.splitlines(), start=1):
-        if settings_line(line, number, listing):
+        if read_settings_line(line, number, listing):
             continue
         parts = line.split(None, 2)
         if len(parts) < 3:
@@ -196,4 +196,4 @@ def parameter_listings(title: str) -> dict[str, FileKind]:
 
 def _is_typed_line(line: str) -> bool:
     parts = line.split(None, 2)
-    return len(parts) == 3 and parts[1] in TYPES and bool(NAME.fullmatch(parts[0].replace("~", " ")))
+    return len(parts) == 3 and parts[1] in TYPES and bool(NAME_PATTERN.fullmatch(parts[0].replace("~", " ")))

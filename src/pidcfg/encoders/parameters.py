@@ -60,7 +60,7 @@ if TYPE_CHECKING:
 # PLC holds: a REAL is the shortest decimal that means its single-precision number, an LREAL that of a double-
 # precision one.
 
-MAX_TEXT = 60
+MAX_QUOTED_CHARACTERS = 60
 """Characters of a strange name that a message quotes."""
 Content = bool | int | float | str
 SINGLE = Single()
@@ -180,7 +180,7 @@ class NamedEncoding:
         """Whether every value has a parameter that can hold it."""
         return not self.misfits
 
-    def places_under(self, loop: str, key: str, words: Iterable[str]) -> Iterator[str]:
+    def addresses_under(self, loop: str, key: str, words: Iterable[str]) -> Iterator[str]:
         """The names of ``words`` that hold a section of a loop."""
         section = f"{loop}.{key}" if loop else key
         return (word for word in words if word == section or word.startswith(f"{section}."))
@@ -266,7 +266,7 @@ def content_of(name: str, row: Parameter, raw: Content | Wire, kind: str) -> Con
         raise DecodeError(f"{name} is an expression; {kind} is a value", name)
     content = read_content(row.type, raw)
     if content is None:
-        raise DecodeError(f"{name}: {repr(raw)[:MAX_TEXT]} is not a value of {row.type.name}", name)
+        raise DecodeError(f"{name}: {repr(raw)[:MAX_QUOTED_CHARACTERS]} is not a value of {row.type.name}", name)
     return content
 
 
@@ -282,11 +282,11 @@ def value_of(content: Content) -> Decimal | bool | str:
     return content if isinstance(content, bool | str) else Decimal(repr(content))
 
 
-def unknown_name(name: str, key: str, keys: Iterable[str], kind: str) -> DecodeError:
+def unknown_name_error(name: str, key: str, keys: Iterable[str], kind: str) -> DecodeError:
     """The error of a name with a key that there is none of: it would leave a default in place."""
     near = closest_name(key, keys)
     cure = f"; did you mean {near}?" if near else ""
-    return DecodeError(f"{name[:MAX_TEXT]}: {key[:MAX_TEXT]!r} is not {kind}{cure}", name)
+    return DecodeError(f"{name[:MAX_QUOTED_CHARACTERS]}: {key[:MAX_QUOTED_CHARACTERS]!r} is not {kind}{cure}", name)
 
 
 def shortest_single(value: float) -> float:
@@ -528,7 +528,7 @@ class NamedLoops:
             loop = next((loop for loop in outer_keys(name) if loop in loops), None)
             key = name.removeprefix(f"{loop}.")
             if loop is not None and not self.split_name(name)[0] and (nested or "." not in key):
-                raise unknown_name(name, key, self.rows_by_name, self.kind)
+                raise unknown_name_error(name, key, self.rows_by_name, self.kind)
 
     def _loop_data(self, settings: Any, words: Mapping[str, Content | Wire], notes: list[str]) -> Data:
         values = settings_values(settings)

@@ -341,7 +341,7 @@ class Kind:
     digits: int
     show: Callable[[int], Value]
     read: Callable[[object], int | None]
-    holds: str
+    title: str
 
     def hex(self, raw: int) -> str:
         """The raw content in hexadecimal."""
@@ -359,7 +359,7 @@ class Kind:
 
     def __reduce__(self) -> tuple[Callable[[str], Kind], tuple[str]]:
         """A copy, be it in another process, is the kind itself."""
-        return kind_named, (self.name,)
+        return find_kind, (self.name,)
 
 
 def _whole_number(value: object, low: int, high: int) -> int | None:
@@ -387,7 +387,7 @@ BIT = Kind("bit", 1, bool, _bit_value, "true or false")
 SINGLE = Kind("float", 8, single_value, _single_value, "a finite single-precision number")
 
 
-def kind_named(name: str) -> Kind:
+def find_kind(name: str) -> Kind:
     """One of the kinds that there are."""
     return next(kind for kind in (WORD, INT16, BIT, SINGLE) if kind.name == name)
 
@@ -418,12 +418,12 @@ class Space:
     banks: Sequence[Bank]
 
     @cached_property
-    def _row(self) -> dict[str, int]:
+    def _bank_indices(self) -> dict[str, int]:
         return {bank.prefix: i for i, bank in enumerate(self.banks)}
 
     def number_of(self, prefix: str, n: int) -> int:
         """An address as a plain number."""
-        return self._row[prefix] * BANK_NUMBERS + n
+        return self._bank_indices[prefix] * BANK_NUMBERS + n
 
     def bank_and_number(self, number: int) -> tuple[Bank, int]:
         """A plain number's bank, and its number there; raises `NoRegisterError` behind the last bank."""
@@ -456,14 +456,14 @@ class Space:
     def parse(self, text: str) -> int | None:
         """A written address as a plain number; None for anything else."""
         match = re.fullmatch(r"([A-Z]+)([0-9]{1,6})", text)
-        row = self._row.get(match.group(1)) if match else None
-        if match is None or row is None:
+        bank_index = self._bank_indices.get(match.group(1)) if match else None
+        if match is None or bank_index is None:
             return None
-        bank, digits = self.banks[row], match.group(2)
+        bank, digits = self.banks[bank_index], match.group(2)
         if bank.octal and not set(digits) <= set("01234567"):
             return None
         n = int(digits, 8 if bank.octal else 10)
-        return row * BANK_NUMBERS + n if bank.first <= n <= bank.last else None
+        return bank_index * BANK_NUMBERS + n if bank.first <= n <= bank.last else None
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -485,7 +485,7 @@ WriterKind = Literal["live", "operated", "compared"]
 """The PLC or the process, all the time; the operator or the program; now and then, and it then stays."""
 
 
-def is_always(values: Mapping[str, object]) -> bool:
+def always_applies(values: Mapping[str, object]) -> bool:
     """Whatever the loop's other values are."""
     del values
     return True
@@ -498,12 +498,12 @@ class Writer(NamedTuple):
     kind: WriterKind
     writer: str
     basis: Basis
-    applies: Callable[[Mapping[str, Any]], bool] = is_always
+    applies: Callable[[Mapping[str, Any]], bool] = always_applies
 
 
-def writer_of(table: Iterable[Writer], name: str, values: Mapping[str, object]) -> Writer | None:
+def writer_of(writers: Iterable[Writer], name: str, values: Mapping[str, object]) -> Writer | None:
     """The first row of a register or parameter that holds for a loop; None: it is the engineer's alone."""
-    return next((row for row in table if row.name == name and row.applies(values)), None)
+    return next((row for row in writers if row.name == name and row.applies(values)), None)
 
 
 # ----------------------------------------------------------------------------------------------------------------------

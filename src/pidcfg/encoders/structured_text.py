@@ -17,7 +17,7 @@ from pidcfg.text.writer import json_line
 
 # --- Structured Text as words and signs with their places, and its comments -------------------------------------------
 
-NAME, NUMBER, TYPED_LITERAL, OTHER, SIGN, END = "name", "number", "typed", "other", "sign", "end"
+NAME, NUMBER, TYPED_LITERAL, OTHER_TOKEN, SIGN, END = "name", "number", "typed", "other", "sign", "end"
 """What a token is: ``typed`` is a literal with a prefix (``16#FF``), ``other`` a text or a location."""
 
 
@@ -54,13 +54,13 @@ TOKEN_FORMS = (
     ("line", r"//[^\n]*"),
     ("block", r"\(\*|/\*"),
     ("pragma", r"\{[^}]*\}"),
-    (OTHER, r"""'(?:\$.|[^'$\n])*'|"(?:\$.|[^"$\n])*"|%[\w.*]+"""),
+    (OTHER_TOKEN, r"""'(?:\$.|[^'$\n])*'|"(?:\$.|[^"$\n])*"|%[\w.*]+"""),
     (TYPED_LITERAL, r"(?:[DLT]*(?:TIME|DATE|T|D|DT|TOD|TIME_OF_DAY|DATE_AND_TIME)#[-+\w.:]+|\w+(?:#\w+)?#[-+]?[\w.]+)"),
     (NUMBER, r"\d[\d_]*(?:\.\d[\d_]*)?(?:[eE][-+]?\d+)?(?![^\W\d])"),
     (NAME, r"[^\W\d]\w*"),
     (SIGN, r":=|=>|<=|>=|<>|\*\*|\.\.|[-+*/=<>()\[\],;:.&^#@]"),
 )
-PATTERN = re.compile("|".join(f"(?P<{kind}>{form})" for kind, form in TOKEN_FORMS), re.DOTALL)
+TOKEN_PATTERN = re.compile("|".join(f"(?P<{kind}>{form})" for kind, form in TOKEN_FORMS), re.DOTALL)
 COMMENT_ENDS = {"(*": re.compile(r"\(\*|\*\)"), "/*": re.compile(r"\*/")}
 """Comments in parentheses may stand in each other."""
 
@@ -73,30 +73,30 @@ SKIPPED_OPENING = re.compile(
 
 def first_word_offset(text: str) -> int:
     """Where the first word of a text begins, behind comments and pragmas; the end, where a comment has none."""
-    at = 0
-    while match := SKIPPED_OPENING.match(text, at):
-        at = match.end()
+    position = 0
+    while match := SKIPPED_OPENING.match(text, position):
+        position = match.end()
         if match.lastgroup == "block":
             try:
-                at = _comment_end(text, match.group(), at, 1, 1)
+                position = _comment_end(text, match.group(), position, 1, 1)
             except ListingError:
                 return len(text)
-    return at
+    return position
 
 
 def tokens_of(text: str, line: int = 1) -> tuple[list[Token], list[Comment]]:
     """All tokens, the last of which is the end, and all comments; raises `ListingError`."""
     tokens: list[Token] = []
     comments: list[Comment] = []
-    at, begin = 0, 0
-    while at < len(text):
-        match = PATTERN.match(text, at)
+    pos, start = 0, 0
+    while pos < len(text):
+        match = TOKEN_PATTERN.match(text, pos)
         if match is None:
-            raise ListingError(f"{text[at]!r} is nothing that Structured Text has here", line, at - begin + 1)
-        kind, column, end = match.lastgroup or "", at - begin + 1, match.end()
+            raise ListingError(f"{text[pos]!r} is nothing that Structured Text has here", line, pos - start + 1)
+        kind, column, end = match.lastgroup or "", pos - start + 1, match.end()
         if kind in {"line", "block"}:
             end = _comment_end(text, match.group(), end, line, column)
-            inner = text[at + 2 : end if kind == "line" else end - 2].strip()
+            inner = text[pos + 2 : end if kind == "line" else end - 2].strip()
             comments.append(Comment(inner, line, column))
             if tokens and tokens[-1].line == line and not tokens[-1].note:
                 tokens[-1] = tokens[-1]._replace(note=inner)
@@ -106,20 +106,20 @@ def tokens_of(text: str, line: int = 1) -> tuple[list[Token], list[Comment]]:
             raise ListingError(message, line, column)
         elif kind not in {"skip", "pragma"}:
             tokens.append(Token(kind, match.group(), line, column))
-        breaks = text.count("\n", at, end)
+        breaks = text.count("\n", pos, end)
         if breaks:
-            line, begin = line + breaks, text.rindex("\n", at, end) + 1
-        at = end
-    tokens.append(Token(END, "the end of the file", line, at - begin + 1))
+            line, start = line + breaks, text.rindex("\n", pos, end) + 1
+        pos = end
+    tokens.append(Token(END, "the end of the file", line, pos - start + 1))
     return tokens, comments
 
 
-def _comment_end(text: str, sign: str, at: int, line: int, column: int) -> int:
+def _comment_end(text: str, sign: str, position: int, line: int, column: int) -> int:
     """Where a comment ends."""
     if sign not in COMMENT_ENDS:
-        return at
+        return position
     open_comments = 1
-    for match in COMMENT_ENDS[sign].finditer(text, at):
+    for match in COMMENT_ENDS[sign].finditer(text, position):
         open_comments += 1 if match.group() == sign else -1
         if not open_comments:
             return match.end()
@@ -128,7 +128,7 @@ def _comment_end(text: str, sign: str, at: int, line: int, column: int) -> int:
 
 # --- Structured Text to declarations and statements; what they mean is found by the reader of each vendor -------------
 
-VARIABLES = frozenset(
+VARIABLE_KEYWORDS = frozenset(
     ("VAR", "VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT", "VAR_GLOBAL", "VAR_TEMP", "VAR_EXTERNAL", "VAR_STAT", "VAR_CONFIG")
 )
 QUALIFIERS = frozenset(("CONSTANT", "RETAIN", "NON_RETAIN", "PERSISTENT"))
@@ -302,18 +302,18 @@ def read_statement(cursor: Cursor) -> Iterator[Statement]:
 
 def _skip_nested(cursor: Cursor) -> None:
     """Moves behind a statement with others inside."""
-    waiting: list[Token] = []
+    opened: list[Token] = []
     while True:
         token = cursor.take_token()
         if token.kind == END:
-            raise waiting[-1].error(f"{waiting[-1].text} has no {STATEMENT_ENDS[waiting[-1].upper]}")
+            raise opened[-1].error(f"{opened[-1].text} has no {STATEMENT_ENDS[opened[-1].upper]}")
         if token.kind == NAME and token.upper in STATEMENT_ENDS:
-            waiting.append(token)
-            if len(waiting) > MAX_STATEMENT_DEPTH:
+            opened.append(token)
+            if len(opened) > MAX_STATEMENT_DEPTH:
                 raise token.error(f"more than {MAX_STATEMENT_DEPTH} statements stand in each other")
-        elif token.kind == NAME and token.upper == STATEMENT_ENDS[waiting[-1].upper]:
-            waiting.pop()
-            if not waiting:
+        elif token.kind == NAME and token.upper == STATEMENT_ENDS[opened[-1].upper]:
+            opened.pop()
+            if not opened:
                 return
 
 
@@ -325,14 +325,14 @@ class Argument(NamedTuple):
     value: tuple[Token, ...]
 
 
-def name_chain(tokens: Sequence[Token], at: int = 0) -> tuple[Token, ...]:
+def name_chain(tokens: Sequence[Token], index: int = 0) -> tuple[Token, ...]:
     """A name with the dots and names behind it, ``TIC_1.ErrBits.Kp``, without the dots."""
     parts: list[Token] = []
-    while tokens[at].kind == NAME:
-        parts.append(tokens[at])
-        if tokens[at + 1].text != "." or tokens[at + 2].kind != NAME:
+    while tokens[index].kind == NAME:
+        parts.append(tokens[index])
+        if tokens[index + 1].text != "." or tokens[index + 2].kind != NAME:
             break
-        at += 2
+        index += 2
     return tuple(parts)
 
 
@@ -370,32 +370,32 @@ def is_literal(token: Token) -> bool:
 # What no variable of a program holds stands in comments above it as JSON, ``plc: {…}`` and ``loop: {…}``, for the way
 # back.
 
-WIDTH = 110
+MAX_LINE_WIDTH = 110
 """Beyond this a declaration or a call gets a line for each parameter."""
-BLANKS = re.compile(f"[\\x00-\\x20{CONTROL_SIGNS}]+")
+BLANKS_PATTERN = re.compile(f"[\\x00-\\x20{CONTROL_SIGNS}]+")
 COMMENT_MARKS = re.compile(r"\((?=\*)|\*(?=\))")
 """What would begin or end a comment."""
-NOT_IN_COMMENTS = re.compile(f"{COMMENT_MARKS.pattern}|[\\ud800-\\udfff\\ufffe\\uffff]")
+UNSAFE_IN_COMMENTS = re.compile(f"{COMMENT_MARKS.pattern}|[\\ud800-\\udfff\\ufffe\\uffff]")
 """These, and what no file may hold."""
-SETTINGS = re.compile(r"(plc|loop):\s*(?=\{)")
+SETTINGS_START = re.compile(r"(plc|loop):\s*(?=\{)")
 """Beginning of a comment with settings that no parameter holds."""
 
 
 def comment_text(text: str) -> str:
     """A text of people's on one line, in which no comment ends or begins."""
-    return COMMENT_MARKS.sub(lambda sign: f"{sign.group()} ", BLANKS.sub(" ", text))
+    return COMMENT_MARKS.sub(lambda sign: f"{sign.group()} ", BLANKS_PATTERN.sub(" ", text))
 
 
 def settings_text(entry: Mapping[str, object]) -> str:
     """JSON in which no comment ends or begins; such signs can stand in texts only, where there is another way."""
-    return NOT_IN_COMMENTS.sub(lambda sign: f"\\u{ord(sign.group()):04x}", json_line(dict(entry)))
+    return UNSAFE_IN_COMMENTS.sub(lambda sign: f"\\u{ord(sign.group()):04x}", json_line(dict(entry)))
 
 
 def settings_of(comments: Iterable[Comment], listing: Listing) -> list[Comment]:
     """Reads the settings of the comments into the listing; returns the comments of blocks, in the order of entries."""
-    places: list[Comment] = []
+    block_comments: list[Comment] = []
     for comment in comments:
-        head = SETTINGS.match(comment.text)
+        head = SETTINGS_START.match(comment.text)
         if head is None:
             continue
         try:
@@ -406,8 +406,8 @@ def settings_of(comments: Iterable[Comment], listing: Listing) -> list[Comment]:
             listing.plc = entry
         else:
             listing.settings = (*listing.settings, entry)
-            places.append(comment)
-    return places
+            block_comments.append(comment)
+    return block_comments
 
 
 def literal_text(kind: IecType, content: Content) -> str:
@@ -424,7 +424,7 @@ def literal_text(kind: IecType, content: Content) -> str:
 def wrap_call(start: str, parts: list[str]) -> list[str]:
     """On one line, or a line for each part."""
     line = f"{start}{', '.join(parts)});"
-    if len(line) <= WIDTH:
+    if len(line) <= MAX_LINE_WIDTH:
         return [line]
     return [start, *(f"    {part}," for part in parts[:-1]), f"    {parts[-1]}", ");"]
 
@@ -432,11 +432,11 @@ def wrap_call(start: str, parts: list[str]) -> list[str]:
 # --- Literals of Structured Text --------------------------------------------------------------------------------------
 
 TRUTHS = {"TRUE": True, "FALSE": False}
-BASES = {"2": 2, "8": 8, "16": 16}
-INTEGERS = frozenset(
+NUMBER_BASES = {"2": 2, "8": 8, "16": 16}
+INTEGER_TYPES = frozenset(
     ("SINT", "INT", "DINT", "LINT", "USINT", "UINT", "UDINT", "ULINT", "BYTE", "WORD", "DWORD", "LWORD")
 )
-REALS = frozenset(("REAL", "LREAL"))
+REAL_TYPES = frozenset(("REAL", "LREAL"))
 
 
 def number_of(token: Token) -> int | Decimal | bool:
@@ -451,16 +451,16 @@ def number_of(token: Token) -> int | Decimal | bool:
         raise token.error(f"a number of more than {MAX_DIGITS} digits")
     prefix, _, rest = text.rpartition("#")
     kind, _, base = prefix.upper().rpartition("#")
-    base, kind = (base, kind) if base in BASES else ("", prefix.upper())
+    base, kind = (base, kind) if base in NUMBER_BASES else ("", prefix.upper())
     try:
         if kind == "BOOL":
             return {"1": True, "0": False, **TRUTHS}[rest.upper()]
-        if base and kind in {"", *INTEGERS}:
-            return int(rest, BASES[base])
-        if kind in REALS or not kind:
+        if base and kind in {"", *INTEGER_TYPES}:
+            return int(rest, NUMBER_BASES[base])
+        if kind in REAL_TYPES or not kind:
             number = Decimal(rest)
             return int(rest) if not kind and rest.isdigit() else _check_finite(number, token)
-        if kind in INTEGERS:
+        if kind in INTEGER_TYPES:
             return int(rest)
     except (ValueError, ArithmeticError, KeyError):
         raise token.error(f"{token.text} is not a literal") from None

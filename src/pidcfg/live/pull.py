@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from pidcfg.conversion import text_of
-from pidcfg.conversion.differences import Compared, Difference
-from pidcfg.conversion.terms import CONFIGURATION
+from pidcfg.conversion.differences import Difference, LoopDiff
+from pidcfg.conversion.terms import CONFIGURATION_KEY
 from pidcfg.encoders.codecs import DecodeError
 from pidcfg.encoders.contract import encoder_of, formats_of, tables_of
 from pidcfg.encoders.image import read_settings
@@ -389,7 +389,7 @@ def _unread_finding(document: Document, path: KeyPath, names: Sequence[str], why
     )
 
 
-def _loop_findings(loop: Compared, document: Document, register: Callable[[str], str]) -> Iterator[Diagnostic]:
+def _loop_findings(loop: LoopDiff, document: Document, register: Callable[[str], str]) -> Iterator[Diagnostic]:
     index = next((i for i, name in enumerate(_loop_names(document)) if name in {loop.loop, loop.was}), None)
     loop_path: KeyPath = ("loops",) if index is None else ("loops", index)
     if loop.status in {"added", "removed"}:
@@ -404,7 +404,7 @@ def _loop_findings(loop: Compared, document: Document, register: Callable[[str],
         message = f"the loop does not run as it is set up: {state.text} ({state.address} {state.word})"
         yield replace(_finding(document, loop_path, message, loop.loop, state.key), help=TROUBLE_CURE)
     for d in loop.differences:
-        if d.key == CONFIGURATION:
+        if d.key == CONFIGURATION_KEY:
             yield _finding(document, (), f"the PLC's words make no configuration{_note_text(d)}", "")
             continue
         path, message = parse_path(d.key or d.field), _difference_text(d, register(d.address or ""))

@@ -156,7 +156,7 @@ class Registers:
                 if not all(area.prefix for area in missing):
                     raise
                 absent_starts |= {area.start for area in missing if not await self._is_there(link, area)}
-        writers = tables_of(self.vendor).WRITTEN
+        writers = tables_of(self.vendor).WRITERS
         self._setting_bits = {n: mask for area in self.areas for n, mask in area.kept_masks(writers).items()}
         return words
 
@@ -236,11 +236,11 @@ class NamedRegisters(Registers):
     def __init__(self, vendor: Vendor, numbering: NamedNumbering, like: Any) -> None:
         self.vendor, self.named_numbering = vendor, numbering
         self.numbering: Any = numbering
-        self.max_per_request = getattr(vendor.module("points"), "MOST", MAX_PER_REQUEST)
+        self.max_per_request = getattr(vendor.module("points"), "MAX_PER_REQUEST", MAX_PER_REQUEST)
         self.program: Program = like
         cells = [cell for cell in self.program.cells if not isinstance(cell.raw, Wire)]
         self.names: list[Any] = [cell.address for cell in cells if cell.address in numbering.places]
-        table = tables_of(vendor).WRITTEN
+        table = tables_of(vendor).WRITERS
         self._setting_bits: Any = {}
         for cell in cells:
             writer = writer_of(table, cell.field, _loop_values(self.program, cell.loop))

@@ -23,8 +23,8 @@ from pidcfg.vendors import VENDORS
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Mapping, Sequence
 
-    from pidcfg.conversion import Change, MaxLoss, Missing, Terms
-    from pidcfg.conversion.pipeline import Converted, LoopReport
+    from pidcfg.conversion import Change, MaxLoss, MissingField, Terms
+    from pidcfg.conversion.pipeline import ConvertedFile, LoopReport
     from pidcfg.study.verification.comparison import SignalDifference
     from pidcfg.study.verification.verify import VerifiedLoop
     from pidcfg.text.document import Document
@@ -253,7 +253,7 @@ def convert_checked(
         text = text_of(outcome, checked.document)
         result = check_document(read_document(text.encode(), f"<{target.key}>", checked.document.limits))
         refused = refused_loops(outcome, result)
-        if not refused or len(refused) == len(outcome.source_places):
+        if not refused or len(refused) == len(outcome.source_loops):
             break
         excluded |= refused
     conversion = replace(
@@ -287,7 +287,7 @@ def _with_verdicts(
         return replace(conversion, unverified=str(error))
 
 
-def missing_findings(entries: Sequence[Missing], doc: Document) -> list[Diagnostic]:
+def missing_findings(entries: Sequence[MissingField], doc: Document) -> list[Diagnostic]:
     """What a source has to say before it can be converted, at the keys where it should."""
     return [
         Diagnostic("PID042", Severity.ERROR, entry.message, doc.file, doc.locate(entry.path, key=True), entry.path)
@@ -295,10 +295,10 @@ def missing_findings(entries: Sequence[Missing], doc: Document) -> list[Diagnost
     ]
 
 
-def text_of(outcome: Converted, document: Document) -> str:
+def text_of(outcome: ConvertedFile, document: Document) -> str:
     """The result as YAML, with the comments of the source: those of its loops where they went."""
     head, loops = split_comments(document, len(outcome.loops), _starter_comments())
-    return insert_comments(yaml_text(outcome.data), head, [loops[i] for i in outcome.source_places])
+    return insert_comments(yaml_text(outcome.data), head, [loops[i] for i in outcome.source_loops])
 
 
 @cache
@@ -316,14 +316,14 @@ def max_loss_of(text: str | None) -> MaxLoss:
         raise ArgumentError(f"`max_loss`: {error}", "max_loss") from None
 
 
-def refused_loops(outcome: Converted, result: Checked) -> dict[int, str]:
+def refused_loops(outcome: ConvertedFile, result: Checked) -> dict[int, str]:
     """The loops that the target's own rules refuse, by their places in the source; empty: it is no loop's fault."""
     refused: dict[int, str] = {}
     for finding in errors_in(result.findings):
         top, *rest = finding.path or ("",)
         if top != "loops" or not rest or not isinstance(rest[0], int):
             return {}
-        refused.setdefault(outcome.source_places[rest[0]], f"{finding.code}: {finding.message}")
+        refused.setdefault(outcome.source_loops[rest[0]], f"{finding.code}: {finding.message}")
     return refused
 
 

@@ -94,7 +94,7 @@ def _register_of(space: Space, block: Block, point: Point) -> Holder:
         first, last = min(point.bits), max(point.bits)
         name += f".{first}" if first == last else f".{','.join(map(str, point.bits))}"
         shown = str(sum((raw >> bit & 1) << i for i, bit in enumerate(point.bits)))
-    path = (*block.place, *parse_path(point.path or ""))
+    path = (*block.path, *parse_path(point.path or ""))
     return Holder(path, name, shown, raw, block.loop or "", point.title, str(getattr(point, "basis", "")))
 
 

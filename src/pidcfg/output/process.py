@@ -11,7 +11,7 @@ from pidcfg.encoders.contract import tables_of
 from pidcfg.output.arguments import ArgumentError
 from pidcfg.text.frozen import frozen
 from pidcfg.tuning.response import Request
-from pidcfg.tuning.rules import LARGEST, LEAST, METHODS, Process, is_usable
+from pidcfg.tuning.rules import MAX_NUMBER, METHODS, MIN_NUMBER, Process, is_usable
 from pidcfg.tuning.transfer import Transfer
 from pidcfg.tuning.transfer import reduce_by_half_rule as half_rule
 
@@ -91,7 +91,7 @@ def record_request(
     for name, value in given_options.items():
         if value is not None and not has_record:
             raise ArgumentError(f"`{name}` is for `record`", name, "record")
-    if rest is not None and not abs(as_float(rest)) <= LARGEST:
+    if rest is not None and not abs(as_float(rest)) <= MAX_NUMBER:
         raise ArgumentError(f"`rest`: {rest:g}; write the output before the record", "rest")
     return Request(columns, None if rest is None else float(rest), start, until)
 
@@ -128,7 +128,7 @@ def number_fault(number: float, *, signed: bool) -> str:
     """What is wrong with a number that is none of a process, and what to write."""
     if not (number > 0 or (signed and number < 0)):
         return f"{number:g}; write a number {'other than' if signed else 'above'} 0"
-    return f"{number:g}; write a number from {LEAST:g} to {LARGEST:g}"
+    return f"{number:g}; write a number from {MIN_NUMBER:g} to {MAX_NUMBER:g}"
 
 
 def as_float(value: float) -> float:
@@ -184,7 +184,7 @@ def model_of(method: Method, facts: KnownProcess) -> Model:
         raise ArgumentError(message, "time_constant", "gain")
     if model == "first-order" and is_second_order:
         raise ArgumentError("a first-order process has no `second_time_constant`", "second_time_constant")
-    if model == "integrating" and "integrating" not in method.models and not method.of_ultimate:
+    if model == "integrating" and "integrating" not in method.models and not method.cycle_rule:
         names = ", ".join(row.name for row in METHODS.values() if "integrating" in row.models)
         raise ArgumentError(f"{method.name} is not for a process that integrates; use {names}")
     return model
@@ -192,10 +192,10 @@ def model_of(method: Method, facts: KnownProcess) -> Model:
 
 def refuse_missing(method: Method, numbers: Mapping[str, float], model: Model) -> None:
     """Raises `ArgumentError` with all numbers that the rule still needs."""
-    required = ["ultimate_gain", "ultimate_period"] if method.of_ultimate else [n for n in method.needs if n != "delay"]
+    required = ["ultimate_gain", "ultimate_period"] if method.cycle_rule else [n for n in method.needs if n != "delay"]
     if model == "integrating":
         required = [key for key in required if key != "time_constant"]
-    if model == "second-order" and not method.of_ultimate:
+    if model == "second-order" and not method.cycle_rule:
         required.append("second_time_constant")
     if "delay" in method.needs and "sample_time" not in numbers:
         required.append("dead_time")
@@ -264,7 +264,7 @@ class Target:
     def refuse_ranges(self) -> None:
         """Raises `ArgumentError` where the PV's range is needed and nobody says it, or a range does not ascend."""
         vendor = self.vendor if self.file is None and self.pv_range is None else None
-        if vendor is not None and tables_of(vendor).TUNED.gain_unit == "span":
+        if vendor is not None and tables_of(vendor).TUNING_NUMBERS.gain_unit == "span":
             raise ArgumentError(f"{vendor.title} has gains in shares of the span: add `pv_range` LOW HIGH", "pv_range")
         for name, span in (("pv_range", self.pv_range), ("output_range", self.output_range)):
             if span is not None and not 0 < as_float(span[1]) - as_float(span[0]) < inf:
@@ -301,7 +301,7 @@ def warn_of_unit(vendor: Vendor | None, vendor_gains: VendorGains | None) -> tup
         return ()
     from pidcfg.schemas.base import RESET_UNIT
 
-    words = tables_of(vendor).TUNED
+    words = tables_of(vendor).TUNING_NUMBERS
     keys = {words.key(name) for name in words.names if words.unit(name) == RESET_UNIT}
     rows = (v for v in vendor_gains.values if v.key in keys and v.unit == "min")
     return tuple(f"{v.key} is in min: write `reset_unit: minutes` beside it, or its number counts as s" for v in rows)
@@ -309,6 +309,6 @@ def warn_of_unit(vendor: Vendor | None, vendor_gains: VendorGains | None) -> tup
 
 def gains_as_held(vendor: Vendor, values: Sequence[FittedNumber], *, heating: bool | None) -> VendorGains:
     """The three numbers of a PLC with its word for the action."""
-    words = tables_of(vendor).TUNED
+    words = tables_of(vendor).TUNING_NUMBERS
     action = None if heating is None else words.heating if heating else words.cooling
     return VendorGains(vendor.key, action, tuple(values))

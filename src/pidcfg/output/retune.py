@@ -26,7 +26,7 @@ from pidcfg.text.paths import parse_path, value_at
 from pidcfg.text.signs import closest_name
 from pidcfg.text.source import read_document
 from pidcfg.tuning.margins import Answer
-from pidcfg.tuning.robust import DIGITS, fit_in_other_unit, fit_loop
+from pidcfg.tuning.robust import SIGNIFICANT_DIGITS, fit_in_other_unit, fit_loop
 from pidcfg.tuning.rules import TuningError
 from pidcfg.validate.engine import check_document
 from pidcfg.validate.fixes import PlacingError, with_values
@@ -48,7 +48,7 @@ if TYPE_CHECKING:
     from pidcfg.vendors import Vendor
 
 SPAN_TOLERANCE = 1e-9
-LAST_DIGIT_TOLERANCE = 10.0 ** (1 - DIGITS)
+LAST_DIGIT_TOLERANCE = 10.0 ** (1 - SIGNIFICANT_DIGITS)
 """Relative difference of numbers that are the same to all their digits."""
 
 
@@ -229,7 +229,7 @@ def format_like(old: str | None, value: Decimal, unit: str, round_to_stored: Cal
         return decimal_text(value)
     factor = SECONDS[UNIT_WORDS.get(match[2], match[2])] / SECONDS[unit]
     gap = " " if " " in match[0] else ""
-    for digits in range(1, DIGITS + 1):
+    for digits in range(1, SIGNIFICANT_DIGITS + 1):
         number = Context(digits).divide(value, factor)
         try:
             stored_value = round_to_stored(number * factor)

@@ -241,7 +241,7 @@ class RobustGains:
         result, real = tuning.result, tuning.real
         margins = tuning.search.margins(result.gains, result.worst_ms)
         return {
-            "ms_limit": tuning.limit,
+            "ms_limit": tuning.ms_limit,
             "plants": tuning.plants,
             "varies": {s.name: {"low": s.low, "high": s.high} for s in tuning.spreads},
             "sample_time": sampling.sample_time,
@@ -252,7 +252,7 @@ class RobustGains:
             "phase_margin": finite_or_none(margins.phase_margin),
             "worst_iae": result.error,
             "worst_iae_plant": numbers_of(self.worst_iae_plant),
-            "every_word": tuning.every_word if tuning.words else None,
+            "every_word": tuning.is_exhaustive if tuning.has_words else None,
             "real": {**asdict(real.gains), "worst_iae": real.error, "worst_ms": real.ms},
             "cost_percent": round(tuning.cost_percent, 4),
             "assumed": list(self.assumptions),
@@ -375,7 +375,7 @@ def _target_loop(target: Target, limits: Limits) -> tuple[Vendor | None, LoopTun
     if target.vendor is None:
         return None, None, target, assumptions
     vendor = target.vendor
-    words = tables_of(vendor).TUNED
+    words = tables_of(vendor).TUNING_NUMBERS
     if target.pv_range is None and words.gain_unit == "span":
         assumptions = ("the gain is in % of the PV's span per % of the output; --pv-range says another",)
         target = replace(target, pv_range=PERCENT_RANGE, output_range=target.output_range or PERCENT_RANGE)

@@ -12,7 +12,7 @@ from itertools import pairwise
 
 from pidcfg.pictures import Bar, Chart, Line, Panel, Strip
 from pidcfg.pictures.layout import (
-    HELD_ROLES,
+    STEP_ROLES,
     drawable_points,
     explain_marks,
     number_marks,
@@ -204,7 +204,7 @@ def spans_of(line: Line, begin: float, end: float, columns: int) -> list[tuple[f
         column = _column_of(time, begin, end, columns)
         low, high = spans[column] or (value, value)
         spans[column] = min(low, value), max(high, value)
-    if line.role in HELD_ROLES:
+    if line.role in STEP_ROLES:
         _fill_held(spans, points, begin, end)
     else:
         _fill_slopes(spans, points, begin, end)

@@ -23,12 +23,12 @@ from pidcfg.pictures.layout import (
     LETTER_SIZES,
     LETTER_WIDTH,
     LIGHT_GREY,
-    MOST_TIME_TICKS,
-    MOST_VALUE_TICKS,
+    MAX_TIME_TICKS,
+    MAX_VALUE_TICKS,
     PENS,
-    SQUARE,
+    SQUARE_SIZE,
     VERMILION,
-    WARNING,
+    WARNING_COLOUR,
     Pen,
     axis_limits,
     band_corners,
@@ -36,7 +36,7 @@ from pidcfg.pictures.layout import (
     describe_charts,
     group_numbers,
     layer_of,
-    letters_in,
+    letter_capacity,
     level_names,
     line_points,
     number_marks,
@@ -68,8 +68,8 @@ if TYPE_CHECKING:
 
 # --- Where everything stands, in points (72 an inch) from the top left: charts of the same kind get the same sizes ----
 
-WIDTH, LEFT, RIGHT = 691.2, 111.6, 36.0
-AXES_WIDTH = WIDTH - LEFT - RIGHT
+WIDTH, LEFT_EDGE, RIGHT_EDGE = 691.2, 111.6, 36.0
+AXES_WIDTH = WIDTH - LEFT_EDGE - RIGHT_EDGE
 """Width of a picture, and of it what is left of the axes (titles and numbers) and right of them (names of lines);
 and the width of the axes."""
 LABEL_DISTANCE = 59.0
@@ -161,17 +161,17 @@ class Axes:
         """Where a value stands from top to bottom."""
         return self.box.top + self.box.height * (self.y_range[1] - value) / (self.y_range[1] - self.y_range[0])
 
-    def place(self, z: complex) -> Point:
+    def point_of(self, z: complex) -> Point:
         """Where a point of the complex plane stands."""
         return self.x(z.real), self.y(z.imag)
 
-    def places_of(self, places: Iterable[tuple[int, int]]) -> list[Point]:
+    def points_of(self, places: Iterable[tuple[int, int]]) -> list[Point]:
         """Where points of the square stand that is as large as the box."""
-        box, across, down = self.box, self.box.width / SQUARE, self.box.height / SQUARE
+        box, across, down = self.box, self.box.width / SQUARE_SIZE, self.box.height / SQUARE_SIZE
         return [(box.left + x * across, box.top + y * down) for x, y in places]
 
 
-THIN, PALE_THIN = Pen(GREY, 0.8), Pen(LIGHT_GREY, 0.6)
+THIN_PEN, PALE_PEN = Pen(GREY, 0.8), Pen(LIGHT_GREY, 0.6)
 TICK_LENGTH, NUMBER_DISTANCE = 3.0, 6.5
 """Length of a tick, and how far its number is from the axis."""
 NUMBER_DROP, TITLE_DROP = 11.0, 22.5
@@ -190,7 +190,7 @@ def picture_shapes(charts: Sequence[Chart], title: str) -> tuple[float, list[Pat
 
 
 def _title_text(name: str, text: str, top: float, size: float) -> Text:
-    letters = letters_in(WIDTH - 2 * MARGIN, size)
+    letters = letter_capacity(WIDTH - 2 * MARGIN, size)
     return Text(name, shorten(text, letters), (MARGIN, top + TITLE_HEIGHT / 2), size, bold=True)
 
 
@@ -203,17 +203,19 @@ def _add_chart(chart: Chart, top: float, shapes: list[Path | Text]) -> float:
         top += KEY_HEIGHT
     top += NUMBERS_HEIGHT if chart.marks else NO_NUMBERS_HEIGHT
     if chart.locus:
-        shapes += locus_shapes(chart.locus, Box(LEFT, top, AXES_WIDTH, LOCUS_HEIGHT))
+        shapes += locus_shapes(chart.locus, Box(LEFT_EDGE, top, AXES_WIDTH, LOCUS_HEIGHT))
         top += LOCUS_HEIGHT + LOCUS_TITLE_HEIGHT
     begin, end = chart.time_span
-    first = axes = Axes(Box(LEFT, top, AXES_WIDTH, FIRST_PANEL_HEIGHT), (begin, end if end > begin else begin + 1.0))
+    first = axes = Axes(
+        Box(LEFT_EDGE, top, AXES_WIDTH, FIRST_PANEL_HEIGHT), (begin, end if end > begin else begin + 1.0)
+    )
     for i, panel in enumerate(chart.panels):
-        axes = replace(axes, box=Box(LEFT, top, AXES_WIDTH, FURTHER_PANEL_HEIGHT if i else FIRST_PANEL_HEIGHT))
+        axes = replace(axes, box=Box(LEFT_EDGE, top, AXES_WIDTH, FURTHER_PANEL_HEIGHT if i else FIRST_PANEL_HEIGHT))
         shapes += _panel_shapes(chart, panel, replace(axes, y_range=axis_limits(panel)))
         top = axes.box.bottom + PANEL_GAP
     if chart.strips:
         rows = [
-            replace(axes, box=Box(LEFT, top + i * (STRIP_HEIGHT + STRIP_GAP), AXES_WIDTH, STRIP_HEIGHT))
+            replace(axes, box=Box(LEFT_EDGE, top + i * (STRIP_HEIGHT + STRIP_GAP), AXES_WIDTH, STRIP_HEIGHT))
             for i in range(len(chart.strips))
         ]
         shapes += _strip_shapes(chart, list(zip(chart.strips, rows, strict=True)))
@@ -221,8 +223,8 @@ def _add_chart(chart: Chart, top: float, shapes: list[Path | Text]) -> float:
     shapes += [*_time_axis(chart, axes), *_mark_numbers(chart, first)]
     top = axes.box.bottom + TIME_AXIS_HEIGHT
     failed = {number for number, mark in number_marks(chart) if mark.kind == "failure"}
-    for text in texts_of(chart, letters_in(WIDTH - 2 * MARGIN, LETTER_SIZES["small"])):
-        colour = WARNING if text.split(" ", 1)[0] in failed or text.startswith("failed") else INK
+    for text in texts_of(chart, letter_capacity(WIDTH - 2 * MARGIN, LETTER_SIZES["small"])):
+        colour = WARNING_COLOUR if text.split(" ", 1)[0] in failed or text.startswith("failed") else INK
         shapes.append(Text("note", text, (MARGIN, top + LINE_HEIGHT / 2), colour=colour))
         top += LINE_HEIGHT
     return top
@@ -234,7 +236,7 @@ def _side_key(sides: tuple[str, str], top: float) -> Iterator[Path | Text]:
     pens = BEFORE_PEN, PENS["pv", "after"]
     for left, side, name, pen in zip((MARGIN, MARGIN + width), ("before", "after"), sides, pens, strict=True):
         yield Path(f"key {side}", [[(left, top), (left + 25, top)]], pen)
-        text = shorten(f"{side}: {name}", letters_in(width - 36, LETTER_SIZES["small"]))
+        text = shorten(f"{side}: {name}", letter_capacity(width - 36, LETTER_SIZES["small"]))
         yield Text(f"side {side}", text, (left + 30, top))
 
 
@@ -246,7 +248,7 @@ def _horizontal_axis(axes: Axes, values: Sequence[float], grid: Pen | None = Non
     box, xs = axes.box, [axes.x(tick) for tick in values]
     if grid:
         yield Path("grid", [[(x, box.top), (x, box.bottom)] for x in xs], grid)
-    yield Path("axis", [box.corners[:1:-1], *([(x, box.bottom), (x, box.bottom + TICK_LENGTH)] for x in xs)], THIN)
+    yield Path("axis", [box.corners[:1:-1], *([(x, box.bottom), (x, box.bottom + TICK_LENGTH)] for x in xs)], THIN_PEN)
 
 
 def _vertical_axis(axes: Axes, values: Sequence[float], title: str, grid: Pen | None = None) -> Iterator[Path | Text]:
@@ -254,11 +256,11 @@ def _vertical_axis(axes: Axes, values: Sequence[float], title: str, grid: Pen | 
     box, ys = axes.box, [axes.y(tick) for tick in values]
     if grid:
         yield Path("grid", [[(box.left, y), (box.right, y)] for y in ys], grid)
-    yield Path("axis", [box.corners[::3], *([(box.left - TICK_LENGTH, y), (box.left, y)] for y in ys)], THIN)
+    yield Path("axis", [box.corners[::3], *([(box.left - TICK_LENGTH, y), (box.left, y)] for y in ys)], THIN_PEN)
     for tick, y in zip(values, ys, strict=True):
         yield Text("tick", tick_text(tick), (box.left - NUMBER_DISTANCE, y), anchor="end")
     size, middle = LETTER_SIZES["label"], box.top + box.height / 2
-    text = shorten(title, letters_in(box.height, size))
+    text = shorten(title, letter_capacity(box.height, size))
     yield Text("axis value", text, (box.left - LABEL_DISTANCE, middle), size, anchor="middle", turned=True)
 
 
@@ -298,7 +300,7 @@ def _mark_numbers(chart: Chart, axes: Axes) -> Iterator[Text]:
     """The numbers of the marks, above the first panel."""
     marks = [(axes.x(mark.time), number, mark.kind == "failure") for number, mark in number_marks(chart)]
     for x, text, failed in group_numbers(marks, CLOSE_MARKS_DISTANCE):
-        point, colour = (x, axes.box.top - NUMBERS_HEIGHT / 2), WARNING if failed else INK
+        point, colour = (x, axes.box.top - NUMBERS_HEIGHT / 2), WARNING_COLOUR if failed else INK
         yield Text("number", text, point, colour=colour, bold=failed, anchor="middle")
 
 
@@ -315,15 +317,15 @@ NAME_DISTANCE = 10.0
 def _panel_shapes(chart: Chart, panel: Panel, axes: Axes) -> Iterator[Path | Text]:
     """All lines of a panel, with their names on the right."""
     box, (low, high), (_, size) = axes.box, axes.y_range, unit_of_time(chart)
-    yield from _horizontal_axis(axes, [tick * size for tick in time_ticks(chart)], PALE_THIN)
-    yield from _vertical_axis(axes, ticks(low, high, MOST_VALUE_TICKS), with_unit(panel.title, panel.unit), PALE_THIN)
+    yield from _horizontal_axis(axes, [tick * size for tick in time_ticks(chart)], PALE_PEN)
+    yield from _vertical_axis(axes, ticks(low, high, MAX_VALUE_TICKS), with_unit(panel.title, panel.unit), PALE_PEN)
     for band in panel.bands:
-        fill, corners = PENS[band.role, None].colour, axes.places_of(band_corners(chart, band, low, high))
+        fill, corners = PENS[band.role, None].colour, axes.points_of(band_corners(chart, band, low, high))
         yield Path("band", [corners], fill=fill, opacity=BAND_OPACITY, clip=box)
     yield from _mark_lines(chart, axes)
     names: dict[str, tuple[float, str]] = {}
     for line in sorted(panel.lines, key=layer_of):
-        places = axes.places_of(line_points(chart, line, low, high))
+        places = axes.points_of(line_points(chart, line, low, high))
         if not places:
             continue
         pen, name = pen_of(line, overlaid=chart.sides is not None), f"line {line.role} {line.side or 'only'}"
@@ -331,7 +333,7 @@ def _panel_shapes(chart: Chart, panel: Panel, axes: Axes) -> Iterator[Path | Tex
         yield Path(name, [_dot_outline(*places)], fill=pen.colour) if is_point else Path(name, [places], pen, clip=box)
         if line.role != "level":
             names.setdefault(line.name, (places[-1][1], pen.colour))
-    letters = letters_in(RIGHT - 4, LETTER_SIZES["small"])
+    letters = letter_capacity(RIGHT_EDGE - 4, LETTER_SIZES["small"])
     ends = sorted((box.bottom - y, name, colour) for name, (y, colour) in names.items())
     for height, (_, name, colour) in zip(
         spread_apart([up for up, *_ in ends], box.height, NAME_DISTANCE), ends, strict=True
@@ -355,7 +357,7 @@ def _arc(centre: complex, radius: float, begin: float, end: float) -> list[compl
 
 BAR_INSET, BAR_EDGE = 0.7, 0.9
 """What a bar leaves free of its row above and below, and how thick its edge is."""
-NARROWEST_BAR = 0.9
+MIN_BAR_WIDTH = 0.9
 """Width of the shortest bar: an alarm of one sample is seen."""
 
 
@@ -376,7 +378,7 @@ def _bar_shapes(strip: Strip, axes: Axes) -> Iterator[Path]:
     yield Path("row", [box.corners], fill=FIELD)
     for bar in strip.bars:
         fill, edge = fills[bar.label]
-        width = max(axes.x(bar.end) - axes.x(bar.begin), NARROWEST_BAR)
+        width = max(axes.x(bar.end) - axes.x(bar.begin), MIN_BAR_WIDTH)
         place = Box(axes.x(bar.begin), box.top + BAR_INSET, width, box.height - 2 * BAR_INSET)
         yield Path(f"bar {strip.kind}", [place.corners], Pen(edge, BAR_EDGE), fill, clip=box)
 
@@ -384,13 +386,13 @@ def _bar_shapes(strip: Strip, axes: Axes) -> Iterator[Path]:
 def _bar_names(strip: Strip, axes: Axes) -> Iterator[Text]:
     """A name stands in its bar, or beside it where it is too short and nothing follows; nowhere if the row says it."""
     box, middle, small = axes.box, axes.box.top + axes.box.height / 2, LETTER_SIZES["small"]
-    title = shorten(strip.title, letters_in(box.left - 7, small))
+    title = shorten(strip.title, letter_capacity(box.left - 7, small))
     yield Text(f"strip {strip.kind}", title, (box.left - 5, middle), anchor="end")
     begins = [axes.x(bar.begin) for bar in strip.bars] + [box.right]
     for bar, begin, following in zip(strip.bars, begins, begins[1:], strict=False):
         end = axes.x(bar.end)
         rooms = (begin, end), (end, following)
-        starts = [x for x, stop in rooms if len(bar.label) <= letters_in(stop - x - 6, small)]
+        starts = [x for x, stop in rooms if len(bar.label) <= letter_capacity(stop - x - 6, small)]
         if starts and bar.label != strip.title:
             yield Text(f"label {strip.kind}", plain_text(bar.label), (starts[0] + 3, middle), colour=BLACK)
 
@@ -411,36 +413,36 @@ def locus_shapes(locus: Locus, box: Box) -> Iterator[Path | Text]:
     axes = Axes(box, (LOCUS_MIDDLE - half, LOCUS_MIDDLE + half), (LOCUS_BOTTOM, LOCUS_TOP))
 
     def line(name: str, values: Iterable[complex], pen: Pen) -> Path:
-        return Path(name, [[axes.place(z) for z in values]], pen, clip=box)
+        return Path(name, [[axes.point_of(z) for z in values]], pen, clip=box)
 
-    yield line("grid", (complex(axes.x_range[0], 0), complex(axes.x_range[1], 0)), PALE_THIN)
-    yield line("grid", (complex(0, LOCUS_BOTTOM), complex(0, LOCUS_TOP)), PALE_THIN)
+    yield line("grid", (complex(axes.x_range[0], 0), complex(axes.x_range[1], 0)), PALE_PEN)
+    yield line("grid", (complex(0, LOCUS_BOTTOM), complex(0, LOCUS_TOP)), PALE_PEN)
     yield line("line circle unit", _arc(0j, 1.0, 0.0, 2 * pi), Pen(GREY, 0.9, (3.6, 2.7)))
-    yield line("line circle ms", _arc(-1 + 0j, 1 / locus.ms, 0.0, 2 * pi), Pen(WARNING, 1.3))
+    yield line("line circle ms", _arc(-1 + 0j, 1 / locus.ms, 0.0, 2 * pi), Pen(WARNING_COLOUR, 1.3))
     if locus.gain_crossover is not None:
         yield line("line radius", (0j, locus.gain_crossover), Pen(GREY, 0.9))
         angle = phase(locus.gain_crossover)
         yield line("line angle", _arc(0j, 0.45, -pi if angle < 0 else pi, angle), Pen(INK, 1.1))
     yield line("line locus only", locus.points, Pen(BLUE, 1.9))
-    x, y = axes.place(-1 + 0j)
-    yield Path("mark critical", [[(x - 4.5, y), (x + 4.5, y)], [(x, y - 4.5), (x, y + 4.5)]], Pen(WARNING, 1.8))
-    yield from _label_shapes("-1", axes.place(-1 + 0j), (4, 11), WARNING)
-    corner = axes.place(complex(-1 - 0.75 / locus.ms, 0.75 / locus.ms))
-    yield from _label_shapes(f"Ms {locus.ms:.3g}", corner, (-4, -4), WARNING, "end")
+    x, y = axes.point_of(-1 + 0j)
+    yield Path("mark critical", [[(x - 4.5, y), (x + 4.5, y)], [(x, y - 4.5), (x, y + 4.5)]], Pen(WARNING_COLOUR, 1.8))
+    yield from _label_shapes("-1", axes.point_of(-1 + 0j), (4, 11), WARNING_COLOUR)
+    corner = axes.point_of(complex(-1 - 0.75 / locus.ms, 0.75 / locus.ms))
+    yield from _label_shapes(f"Ms {locus.ms:.3g}", corner, (-4, -4), WARNING_COLOUR, "end")
     if locus.phase_crossover is not None:
-        yield from _margin_mark(f"gain margin {locus.gain_margin:.3g}", axes.place(locus.phase_crossover), (6, -8))
+        yield from _margin_mark(f"gain margin {locus.gain_margin:.3g}", axes.point_of(locus.phase_crossover), (6, -8))
     if locus.gain_crossover is not None:
         text, below = f"phase margin {locus.phase_margin:.3g}°", locus.gain_crossover.imag < 0
-        yield from _margin_mark(text, axes.place(locus.gain_crossover), (8, 10 if below else -4))
-    values = ticks(*axes.x_range, MOST_TIME_TICKS)
+        yield from _margin_mark(text, axes.point_of(locus.gain_crossover), (8, 10 if below else -4))
+    values = ticks(*axes.x_range, MAX_TIME_TICKS)
     yield from _horizontal_axis(axes, values)
     yield from _axis_labels(axes, "axis real", "real part of the open loop", zip(values, values, strict=True))
-    yield from _vertical_axis(axes, ticks(*axes.y_range, MOST_VALUE_TICKS + 1), "imaginary part")
+    yield from _vertical_axis(axes, ticks(*axes.y_range, MAX_VALUE_TICKS + 1), "imaginary part")
 
 
 def locus_svg(locus: Locus, id_prefix: str) -> str:
     """The curve as a part of a page, in the colours of paper."""
-    inner = svg_elements(locus_shapes(locus, Box(LEFT, MARGIN, AXES_WIDTH, LOCUS_HEIGHT)), id_prefix)
+    inner = svg_elements(locus_shapes(locus, Box(LEFT_EDGE, MARGIN, AXES_WIDTH, LOCUS_HEIGHT)), id_prefix)
     view = svg_view(WIDTH, MARGIN + LOCUS_HEIGHT + LOCUS_TITLE_HEIGHT)
     return f'<svg class="locus" {view} aria-hidden="true">\n{inner}</svg>\n'
 
@@ -555,7 +557,7 @@ DRAWING_SETTINGS: dict[RcKeyType, object] = {"font.family": ["DejaVu Sans"], "te
 """What differs from matplotlib's defaults; a user's own matplotlibrc has no say."""
 POINTS_PER_INCH, PIXELS_PER_INCH = 72, 144
 """Of a picture and of a PNG, in an inch: 1382 pixels across."""
-MOST_SNAPPED_CORNERS = 4
+MAX_SNAPPED_CORNERS = 4
 """Most corners of what stands on whole pixels: axes, grids and bars, no signals."""
 ANCHORS: dict[str, Literal["left", "center", "right"]] = {"start": "left", "middle": "center", "end": "right"}
 """By the library's names."""
@@ -626,7 +628,7 @@ def _paint_path(figure: Figure, places: Transform, shape: Path) -> None:
         patch.set(edgecolor=shape.pen.colour, linewidth=shape.pen.width, linestyle=(0, dashes) if dashes else "-")
     if shape.clip:
         patch.set_clip_path(_outline([shape.clip.corners], closed=True), places)
-    patch.set_snap(len(shape.parts[0]) <= MOST_SNAPPED_CORNERS)
+    patch.set_snap(len(shape.parts[0]) <= MAX_SNAPPED_CORNERS)
 
 
 def _outline(parts: Sequence[Sequence[Point]], *, closed: bool) -> Outline:

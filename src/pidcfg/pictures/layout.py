@@ -16,7 +16,7 @@ from pidcfg.text.frozen import frozen
 
 BLACK, INK, GREY, LIGHT_GREY, FIELD = "#000000", "#222222", "#707070", "#d9d9d9", "#f7f7f7"
 BLUE, GREEN, VERMILION, PURPLE, ORANGE, SKY = "#0072B2", "#007A5A", "#D55E00", "#CC79A7", "#E69F00", "#56B4E9"
-WARNING = "#A84300"
+WARNING_COLOUR = "#A84300"
 """Vermilion as small letters need it: dark enough on white."""
 
 
@@ -33,7 +33,7 @@ PENS = {
     ("setpoint", None): Pen(INK, 1.2, (5, 2.5)),
     ("pv", None): Pen(BLUE, 1.9),
     ("output", None): Pen(GREEN, 1.6),
-    ("level", None): Pen(WARNING, 1.0, (1.5, 2.5)),
+    ("level", None): Pen(WARNING_COLOUR, 1.0, (1.5, 2.5)),
     ("other", None): Pen(PURPLE, 1.3, (7, 2, 1.5, 2)),
     ("pv", "after"): Pen(BLUE, 2.4),
     ("output", "after"): Pen(GREEN, 2.2),
@@ -53,7 +53,7 @@ def pen_of(line: Line, *, overlaid: bool) -> Pen:
     return OVERLAID_SETPOINT_PEN if overlaid and line.role == "setpoint" else PENS[line.role, line.side]
 
 
-HELD_ROLES = {"setpoint", "output", "level"}
+STEP_ROLES = {"setpoint", "output", "level"}
 """Roles of signals that keep their value until the next one."""
 
 MODE_COLOURS = {"manual": ("#ececec", GREY), "auto": ("#cfe3f1", BLUE), "cascade": ("#cfeadf", GREEN)}
@@ -75,7 +75,7 @@ def bar_colours(strip: Strip) -> dict[str, tuple[str, str]]:
     return MODE_COLOURS | {name: fills[i % len(fills)] for i, name in enumerate(others)}
 
 
-LARGEST_VALUE = 1e100
+MAX_DRAWN_VALUE = 1e100
 """From here on a value has no place on an axis."""
 LETTER_SIZES = {"title": 11.0, "label": 9.0, "small": 8.0}
 """Of letters, in points."""
@@ -90,10 +90,10 @@ def drawable_points(line: Line) -> tuple[list[float], list[float]]:
         values
         and isfinite(sum(times))
         and isfinite(sum(values))
-        and -LARGEST_VALUE < min(values) <= max(values) < LARGEST_VALUE
+        and -MAX_DRAWN_VALUE < min(values) <= max(values) < MAX_DRAWN_VALUE
     ):
         return list(times), list(values)
-    pairs = [(t, v) for t, v in zip(line.times, line.values, strict=True) if isfinite(t) and abs(v) < LARGEST_VALUE]
+    pairs = [(t, v) for t, v in zip(line.times, line.values, strict=True) if isfinite(t) and abs(v) < MAX_DRAWN_VALUE]
     return [t for t, _ in pairs], [v for _, v in pairs]
 
 
@@ -131,13 +131,13 @@ def shorten(text: str, letters: int) -> str:
 
 # --- Texts below a chart, and how much of a text has room -------------------------------------------------------------
 
-MOST_EVENTS = 12
+MAX_EVENTS = 12
 """Events that are explained below a chart."""
-MOST_LINES = 3
+MAX_TEXT_LINES = 3
 """Lines that one explanation may take."""
 
 
-def letters_in(width: float, size: float) -> int:
+def letter_capacity(width: float, size: float) -> int:
     """How many letters of a size fit into a width."""
     return max(int(width / (size * LETTER_WIDTH)), 1)
 
@@ -155,7 +155,7 @@ def texts_of(chart: Chart, letters: int) -> tuple[str, ...]:
 def explain_marks(chart: Chart) -> list[str]:
     """What each mark is, as far as there is room (failures always), and the notes."""
     marks = number_marks(chart)
-    left_out = [number for number, mark in marks if mark.kind == "event"][MOST_EVENTS:]
+    left_out = [number for number, mark in marks if mark.kind == "event"][MAX_EVENTS:]
     lines = []
     for number, mark in marks:
         prefix = "failed: " if mark.kind == "failure" else ""
@@ -167,7 +167,7 @@ def explain_marks(chart: Chart) -> list[str]:
 
 
 def _wrap_text(text: str, letters: int) -> list[str]:
-    return textwrap.wrap(text, letters, max_lines=MOST_LINES, placeholder=" …", subsequent_indent="    ")
+    return textwrap.wrap(text, letters, max_lines=MAX_TEXT_LINES, placeholder=" …", subsequent_indent="    ")
 
 
 # --- Ends and ticks of an axis, and numbers as people write them beside it --------------------------------------------
@@ -182,7 +182,7 @@ TICK_STEPS = (1.0, 2.0, 2.5, 5.0, 10.0)
 """Distances of ticks, times a power of ten."""
 TIME_TICK_STEPS = (1.0, 2.0, 3.0, 5.0, 6.0, 10.0)
 """The same of minutes and hours: 30, not 25."""
-MOST_TIME_TICKS, MOST_VALUE_TICKS = 8, 5
+MAX_TIME_TICKS, MAX_VALUE_TICKS = 8, 5
 """Most ticks of the axes."""
 TICK_SLACK = 1e-9
 """What rounding may add to the ends of an axis, as a share of a step."""
@@ -223,9 +223,9 @@ def level_names(panel: Panel) -> list[tuple[float, str]]:
     return sorted((value, name) for name, value in ends.items())
 
 
-def ticks(low: float, high: float, most: int, steps: Sequence[float] = TICK_STEPS) -> list[float]:
+def ticks(low: float, high: float, max_ticks: int, steps: Sequence[float] = TICK_STEPS) -> list[float]:
     """Round numbers between the ends of an axis, at most so many."""
-    rough = (high - low) / most
+    rough = (high - low) / max_ticks
     power = 10.0 ** floor(log10(rough))
     step = next(size * power for size in steps if size * power >= rough * (1 - TICK_SLACK))
     first, last = ceil(low / step - TICK_SLACK), floor(high / step + TICK_SLACK)
@@ -235,7 +235,7 @@ def ticks(low: float, high: float, most: int, steps: Sequence[float] = TICK_STEP
 def time_ticks(chart: Chart) -> list[float]:
     """Where the time axis has numbers, in its unit."""
     (begin, end), (_, size) = chart.time_span, unit_of_time(chart)
-    return ticks(begin / size, (end if end > begin else begin + 1.0) / size, MOST_TIME_TICKS, TIME_TICK_STEPS)
+    return ticks(begin / size, (end if end > begin else begin + 1.0) / size, MAX_TIME_TICKS, TIME_TICK_STEPS)
 
 
 def tick_text(value: float) -> str:
@@ -256,7 +256,7 @@ def spread_apart(places: Sequence[float], room: float, distance: float) -> list[
 
 # --- The points of a line, in a square that is as large as its panel --------------------------------------------------
 
-SQUARE = 100_000
+SQUARE_SIZE = 100_000
 """Width and height of a panel in its own units: finer than any screen."""
 
 
@@ -266,9 +266,9 @@ def line_points(chart: Chart, line: Line, low: float, high: float) -> list[tuple
     The last point goes where the line is level before and after it.
     """
     (begin, end), (times, values) = chart.time_span, drawable_points(line)
-    scale, span, is_held = SQUARE / ((end - begin) or 1.0), high - low, line.role in HELD_ROLES
+    scale, span, is_held = SQUARE_SIZE / ((end - begin) or 1.0), high - low, line.role in STEP_ROLES
     xs = [round((time - begin) * scale) for time in times]
-    ys = [round((high - value) / span * SQUARE) for value in values]
+    ys = [round((high - value) / span * SQUARE_SIZE) for value in values]
     corners = list(zip(xs[:1], ys[:1], strict=True))
     level = False
     for (before, height), (x, y) in pairwise(zip(xs, ys, strict=True)):
@@ -294,7 +294,7 @@ def band_corners(chart: Chart, band: Band, low: float, high: float) -> list[tupl
 
 # --- What a chart shows, in words: for those who hear a page instead of seeing it -------------------------------------
 
-MOST_DESCRIBED = 20
+MAX_DESCRIBED = 20
 """Bars and marks that are named, of each kind."""
 
 
@@ -339,17 +339,17 @@ def _describe_line(line: Line) -> str:
 
 
 def _list_first(texts: list[str]) -> str:
-    more = f" and {len(texts) - MOST_DESCRIBED} more" if len(texts) > MOST_DESCRIBED else ""
-    return "; ".join(texts[:MOST_DESCRIBED]) + more
+    more = f" and {len(texts) - MAX_DESCRIBED} more" if len(texts) > MAX_DESCRIBED else ""
+    return "; ".join(texts[:MAX_DESCRIBED]) + more
 
 
 def group_numbers(marks: Sequence[tuple[float, str, bool]], distance: float) -> list[tuple[float, str, bool]]:
     """Numbers of marks that are close together as one text: 3-5."""
     groups: list[tuple[float, str, bool]] = []
-    for at, number, failed in marks:
-        if groups and at - groups[-1][0] < distance:
+    for position, number, failed in marks:
+        if groups and position - groups[-1][0] < distance:
             first, text, any_failed = groups[-1]
             groups[-1] = (first, f"{text.partition('-')[0]}-{number}", any_failed or failed)
         else:
-            groups.append((at, number, failed))
+            groups.append((position, number, failed))
     return groups

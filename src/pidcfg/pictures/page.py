@@ -11,8 +11,8 @@ from pathlib import Path
 from pidcfg.pictures import Chart, Line, Panel, Strip
 from pidcfg.pictures.figure import id_prefix_of, locus_svg
 from pidcfg.pictures.layout import (
-    MOST_VALUE_TICKS,
-    SQUARE,
+    MAX_VALUE_TICKS,
+    SQUARE_SIZE,
     axis_limits,
     band_corners,
     describe_charts,
@@ -90,12 +90,12 @@ def _render_key(chart: Chart) -> str:
 def x_of_time(chart: Chart, time: float) -> int:
     """Where a time stands on its axis."""
     begin, end = chart.time_span
-    return round((time - begin) / ((end - begin) or 1.0) * SQUARE)
+    return round((time - begin) / ((end - begin) or 1.0) * SQUARE_SIZE)
 
 
 def css_percent(part: float) -> str:
     """A part of the square as a style wants it."""
-    return f"{100 * part / SQUARE:.5g}%"
+    return f"{100 * part / SQUARE_SIZE:.5g}%"
 
 
 # --- panels ----------------------------------------------------------------------------------------------------------
@@ -107,11 +107,11 @@ def _render_panel(chart: Chart, panel: Panel) -> str:
     title = escape(with_unit(plain_text(panel.title), plain_text(panel.unit)))
 
     def height(value: float) -> int:
-        return round((high - value) / (high - low) * SQUARE)
+        return round((high - value) / (high - low) * SQUARE_SIZE)
 
-    rows = [(tick, height(tick)) for tick in ticks(low, high, MOST_VALUE_TICKS)]
+    rows = [(tick, height(tick)) for tick in ticks(low, high, MAX_VALUE_TICKS)]
     columns = [x_of_time(chart, tick * unit_of_time(chart)[1]) for tick in time_ticks(chart)]
-    grid = "".join([*(f"M0 {y}H{SQUARE}" for _, y in rows), *(f"M{x} 0V{SQUARE}" for x in columns)])
+    grid = "".join([*(f"M0 {y}H{SQUARE_SIZE}" for _, y in rows), *(f"M{x} 0V{SQUARE_SIZE}" for x in columns)])
     bands = "".join(
         f'<polygon class="band {band.role}" points="{_points_attribute(band_corners(chart, band, low, high))}"/>\n'
         for band in panel.bands
@@ -128,7 +128,7 @@ def _render_panel(chart: Chart, panel: Panel) -> str:
     return (
         f'<div class="panel" data-low="{low!r}" data-high="{high!r}" data-unit="{unit}">'
         f'<span class="axis" dir="auto">{title}</span>'
-        f'<svg viewBox="0 0 {SQUARE} {SQUARE}" preserveAspectRatio="none" aria-hidden="true">\n'
+        f'<svg viewBox="0 0 {SQUARE_SIZE} {SQUARE_SIZE}" preserveAspectRatio="none" aria-hidden="true">\n'
         f'<path class="grid" d="{grid}"/>\n{bands}{lines}</svg>{numbers}{names}</div>\n'
     )
 
@@ -143,14 +143,16 @@ def _render_names(
     """The names of the signals where they end, pushed apart, and of the levels above them."""
     ends = {line.name: (corners[-1][1], line) for line, corners in reversed(lines) if corners and line.role != "level"}
     line_ends = sorted(ends.values(), key=lambda end: end[0])
-    for at, (_, line) in zip(spread_apart([at for at, _ in line_ends], SQUARE, NAME_DISTANCE), line_ends, strict=True):
-        side = "before" if line.side == "before" else "only"
-        yield f'<b class="name {line.role} {side}" style="top:{css_percent(at)}">{escape(plain_text(line.name))}</b>'
-    levels = level_names(panel)[::-1]
-    for at, (_, name) in zip(
-        spread_apart([height(value) for value, _ in levels], SQUARE, NAME_DISTANCE), levels, strict=True
+    for y, (_, line) in zip(
+        spread_apart([y for y, _ in line_ends], SQUARE_SIZE, NAME_DISTANCE), line_ends, strict=True
     ):
-        yield f'<span class="limit" style="top:{css_percent(at)}">{escape(plain_text(name))}</span>'
+        side = "before" if line.side == "before" else "only"
+        yield f'<b class="name {line.role} {side}" style="top:{css_percent(y)}">{escape(plain_text(line.name))}</b>'
+    levels = level_names(panel)[::-1]
+    for y, (_, name) in zip(
+        spread_apart([height(value) for value, _ in levels], SQUARE_SIZE, NAME_DISTANCE), levels, strict=True
+    ):
+        yield f'<span class="limit" style="top:{css_percent(y)}">{escape(plain_text(name))}</span>'
 
 
 # --- strips, marks and time ------------------------------------------------------------------------------------------
@@ -188,7 +190,7 @@ def _render_numbers(chart: Chart) -> str:
     ]
     return "".join(
         f'<b class="{"failure" if failed else "event"}" data-at="{at:.0f}" style="left:{css_percent(at)}">{text}</b>'
-        for at, text, failed in group_numbers(numbers, CLOSE_MARKS_SHARE * SQUARE)
+        for at, text, failed in group_numbers(numbers, CLOSE_MARKS_SHARE * SQUARE_SIZE)
     )
 
 

@@ -38,7 +38,7 @@ from pidcfg.tuning.response import (
 )
 from pidcfg.tuning.rules import Process, TuningError
 from pidcfg.tuning.sheet import (
-    MISSING,
+    MISSING_WORDS,
     Columns,
     Row,
     Sheet,
@@ -46,30 +46,30 @@ from pidcfg.tuning.sheet import (
     UnreadableRecordError,
     find_columns,
     looks_like_stamp,
+    read_column_options,
     read_sheet,
     seconds_of,
-    stated_columns,
 )
 
 # --- A process from a record of output and PV -------------------------------------------------------------------------
 
-LEAST_BEFORE, LEAST_AFTER = 3, 12
+MIN_REST_SAMPLES, MIN_ANSWER_SAMPLES = 3, 12
 """Samples before the first change that show the rest, and after it that are needed."""
 DRIFT_SAMPLES = 8
 """Samples before the first change that show a drift."""
 RECORDED_CONSTANTS = 2.0
 """Time constants of the answer that the record must hold."""
-ABOVE_NOISE = 5.0
+MIN_NOISE_RATIO = 5.0
 """How many standard deviations of noise an answer must have."""
-LEAST_GAIN_CHANGE = 0.01
+MIN_GAIN_CHANGE = 0.01
 """Change of the gain from which on a drift matters."""
 REST_STRAY = 0.01
 """How far a PV at rest may stray beside its noise, in the range of the PV."""
-LEAST_DRIFT = 0.002
+MIN_DRIFT = 0.002
 """Drift over the record, in the range of the PV, that is fitted."""
 CONSISTENT_ERRORS = 3.0
 """How many standard errors of the slope at rest a drift may be off it."""
-DRIFT_TEST = 12.0
+MIN_DRIFT_EFFECT = 12.0
 """How far a drift must lower the sum of squares, in variances of what is left."""
 SIGNIFICANT_ERRORS = 4.0
 """How many of its standard errors a drift must have."""
@@ -77,13 +77,13 @@ SECOND_DIFFERENCE = 6.0
 """Variance of y(n) - 2 y(n-1) + y(n-2) of white noise, in variances of the noise."""
 INTEGRATOR_LENGTHS = 3.0
 """Time constant, in lengths of the answer, from which a lag looks like an integrator."""
-UNSURE_SHARE = 0.3
+MAX_CONFIDENCE = 0.3
 """Confidence, in the number itself, beyond which a record does not tell it."""
 POOR_MISFIT, WRONG_MISFIT = 0.03, 0.1
 """What a fit may leave beside noise, in answers: more is told, much more refused."""
-SHOWN_LAG = 0.05
+MIN_LAG_RATIO = 0.05
 """Of the first time constant: a second one that is shorter is none."""
-NO_DEAD_TIME = 1e-6
+MIN_DEAD_TIME = 1e-6
 """Samples: a shorter dead time is none, and what is left of it the arithmetic's."""
 
 
@@ -132,17 +132,17 @@ def identify(record: Record, rest: float | None = None) -> Identification:
     Raises `RecordError`.
     """
     path = output_path(record, rest)
-    segments, k = path.segments, path.first
+    segments, k = path.segments, path.first_sample
     after = len(record.time) - k
-    if after < LEAST_AFTER:
+    if after < MIN_ANSWER_SAMPLES:
         raise RecordError(
             f"the output first changes after {k} and before {after} samples",
-            f"record at least {LEAST_BEFORE} before and {LEAST_AFTER} after",
+            f"record at least {MIN_REST_SAMPLES} before and {MIN_ANSWER_SAMPLES} after",
         )
     noise = _noise(record.pv)
     refuse_spikes(record, noise)
     remarks = []
-    if k < LEAST_BEFORE:
+    if k < MIN_REST_SAMPLES:
         remarks.append(f"{k} samples before the change: that the PV was at rest is not shown")
     rest_slope, error = _slope_at_rest(record, k, noise)
     slope = rest_slope if _is_drift(record, rest_slope, error) else 0.0
@@ -157,16 +157,16 @@ def identify(record: Record, rest: float | None = None) -> Identification:
 
 
 def _make_identification(record: Record, best: Fit, path: Path, noise: float, remarks: Sequence[str]) -> Identification:
-    segments, k = path.segments, path.first
-    begin = segments[0].time
-    moved = response.second_order_response(
+    segments, k = path.segments, path.first_sample
+    start = segments[0].time
+    shape = response.second_order_response(
         record.time, segments, best.dead_time, best.time_constant, best.second_time_constant
     )
-    fitted = [best.base + best.drift * (t - begin) + best.gain * x for t, x in zip(record.time, moved, strict=True)]
-    size = max(abs(best.gain * x) for x in moved)
+    pvs = [best.base + best.drift * (t - start) + best.gain * x for t, x in zip(record.time, shape, strict=True)]
+    size = max(abs(best.gain * x) for x in shape)
     step = median(b - a for a, b in pairwise(record.time[max(0, k - 1) :]))
-    between = max(step, record.time[k] - record.time[k - 1] if k else step) / 2
-    gain, constant, dead = best.errors
+    half_step = max(step, record.time[k] - record.time[k - 1] if k else step) / 2
+    gain, constant, dead_time = best.errors
     notes = list(remarks)
     if best.drift and best.time_constant != inf:
         notes.append(f"the PV drifts by {best.drift:.4g} per s; the drift was fitted and taken out of the gain")
@@ -176,14 +176,14 @@ def _make_identification(record: Record, best: Fit, path: Path, noise: float, re
         kind = "process of two lags" if best.second_time_constant else "first-order process"
         notes.append(f"a {kind} with dead time leaves {misfit * 100:.2g} % of the answer: take care")
         cautions.append(notes[-1])
-    delay = best.dead_time if best.dead_time > NO_DEAD_TIME * between else 0.0
+    delay = best.dead_time if best.dead_time > MIN_DEAD_TIME * half_step else 0.0
     constant_found = 1.0 if best.time_constant == inf else best.time_constant
     process = Process(best.gain, constant_found, delay, second_time_constant=best.second_time_constant)
-    errors = (gain, constant, sqrt(dead * dead + between * between))
+    errors = (gain, constant, sqrt(dead_time * dead_time + half_step * half_step))
     integrating = best.time_constant == inf
     return Identification(
         process,
-        begin,
+        start,
         best.base,
         path.span,
         noise,
@@ -191,7 +191,7 @@ def _make_identification(record: Record, best: Fit, path: Path, noise: float, re
         integrating,
         best.drift,
         errors,
-        tuple(fitted),
+        tuple(pvs),
         tuple(notes),
         best.second_time_constant_error,
         tuple(cautions),
@@ -217,7 +217,7 @@ def _quantum(pv: Sequence[float]) -> float:
 
 def _slope_at_rest(record: Record, k: int, noise: float) -> tuple[float, float]:
     """How the PV moves before the first change, per s, and how sure that is; refuses one that does not move evenly."""
-    if k < LEAST_BEFORE:
+    if k < MIN_REST_SAMPLES:
         return 0.0, inf
     times, values = record.time[:k], record.pv[:k]
     answer = max(record.pv) - min(record.pv)
@@ -248,7 +248,7 @@ def _slope_at_rest(record: Record, k: int, noise: float) -> tuple[float, float]:
 def _is_drift(record: Record, slope: float, error: float) -> bool:
     """Whether a slope of the PV at rest is one, and matters."""
     moves = abs(slope) * (record.time[-1] - record.time[0])
-    return abs(slope) > SIGNIFICANT_ERRORS * error and moves > LEAST_DRIFT * (max(record.pv) - min(record.pv))
+    return abs(slope) > SIGNIFICANT_ERRORS * error and moves > MIN_DRIFT * (max(record.pv) - min(record.pv))
 
 
 def _refuse_small(record: Record, k: int, slope: float, noise: float) -> None:
@@ -259,7 +259,7 @@ def _refuse_small(record: Record, k: int, slope: float, noise: float) -> None:
     moved = [y - base - slope * (t - begin) for t, y in zip(record.time[k:], record.pv[k:], strict=True)]
     means = [fmean(moved[i : i + width]) for i in range(0, len(moved) - width + 1, width)]
     answer = max(means, key=abs)
-    if abs(answer) <= ABOVE_NOISE * noise or answer == 0:
+    if abs(answer) <= MIN_NOISE_RATIO * noise or answer == 0:
         raise RecordError(
             f"the PV answers by {abs(answer):.4g}, with noise of {noise:.4g}", "take a larger step, or filter the PV"
         )
@@ -269,44 +269,44 @@ def _best_fit(record: Record, path: Path, rest: tuple[float, float], noise: floa
     """A lag, a lag whose rest drifts, or an integrator: the simplest that explains the record."""
     samples, segments = Samples(record.time, record.pv), path.segments
     slope, error = rest
-    drifts = _is_drift(record, slope, error)
+    has_drift = _is_drift(record, slope, error)
     length = samples.time[-1] - segments[0].time
-    lag = response.fit_process(samples, segments, drift=drifts)
+    lag = response.fit_process(samples, segments, drift=has_drift)
     if lag.time_constant > INTEGRATOR_LENGTHS * (length - lag.dead_time):
-        line = response.fit_process(samples, segments, drift=path.first >= LEAST_BEFORE, integrating=True)
+        line = response.fit_process(samples, segments, drift=path.first_sample >= MIN_REST_SAMPLES, integrating=True)
         whole = sum((y - fmean(samples.value)) ** 2 for y in samples.value)
         if line.squares <= lag.squares * 1.1 + 1e-9 * whole:
             return line
-    if drifts:
+    if has_drift:
         return lag
-    moving = response.fit_process(samples, segments, drift=True, near=lag)
-    if abs(moving.drift - slope) > CONSISTENT_ERRORS * error:
+    drifting = response.fit_process(samples, segments, drift=True, guess=lag)
+    if abs(drifting.drift - slope) > CONSISTENT_ERRORS * error:
         return lag
-    better = lag.squares - moving.squares > DRIFT_TEST * moving.squares / max(1, moving.points - 5)
-    if better and abs(moving.gain / lag.gain - 1) > LEAST_GAIN_CHANGE:
-        alone = noise / sqrt(max(1, len(samples.time) // moving.points))
-        if error < inf and moving.residual < 1.2 * alone:
-            return moving
+    better = lag.squares - drifting.squares > MIN_DRIFT_EFFECT * drifting.squares / max(1, drifting.points - 5)
+    if better and abs(drifting.gain / lag.gain - 1) > MIN_GAIN_CHANGE:
+        alone = noise / sqrt(max(1, len(samples.time) // drifting.points))
+        if error < inf and drifting.residual < 1.2 * alone:
+            return drifting
         remarks.append(
-            f"a drift of the PV of {moving.drift:.4g} per s would make the gain {moving.gain:.4g}; record longer "
+            f"a drift of the PV of {drifting.drift:.4g} per s would make the gain {drifting.gain:.4g}; record longer "
             "before the step to tell"
         )
-    return lag.widen(moving)
+    return lag.widen(drifting)
 
 
 def _second_lag(record: Record, segments: Sequence[Segment], best: Fit) -> tuple[Fit, Fit]:
     """The same with a second lag where the record shows one, and whichever leaves less, shown or not."""
     if best.time_constant == inf:
         return best, best
-    two = response.fit_process(
-        Samples(record.time, record.pv), segments, drift=bool(best.drift), near=best, second=True
+    two_lags = response.fit_process(
+        Samples(record.time, record.pv), segments, drift=bool(best.drift), guess=best, with_second_lag=True
     )
-    better = best.squares - two.squares > DRIFT_TEST * two.squares / max(1, two.points - 5)
+    better = best.squares - two_lags.squares > MIN_DRIFT_EFFECT * two_lags.squares / max(1, two_lags.points - 5)
     shown = (
-        two.second_time_constant > SHOWN_LAG * two.time_constant
-        and two.second_time_constant_error < two.second_time_constant
+        two_lags.second_time_constant > MIN_LAG_RATIO * two_lags.time_constant
+        and two_lags.second_time_constant_error < two_lags.second_time_constant
     )
-    return two if better and shown else best, min(best, two, key=lambda fit: fit.squares)
+    return two_lags if better and shown else best, min(best, two_lags, key=lambda fit: fit.squares)
 
 
 def _answer_duration(record: Record, segments: Sequence[Segment], best: Fit) -> float:
@@ -352,7 +352,7 @@ def _refuse_unsure(best: Fit, record: Record, segments: Sequence[Segment], noise
         )
     gain, constant, _ = best.errors
     for name, value, error in (("gain", best.gain, gain), ("time constant", best.time_constant, constant)):
-        if error > UNSURE_SHARE * abs(value) and value != inf:
+        if error > MAX_CONFIDENCE * abs(value) and value != inf:
             raise RecordError(
                 f"the record does not tell the {name}: {value:.4g} ± {error:.2g}",
                 "take a larger step, record longer or more often, or filter the PV",
@@ -373,10 +373,10 @@ D938 = Decision(
     "An upset 250 s after a step made gain 2.63 ± 0.07 of a true 1.5, and no warning.",
 )
 
-UPSET_TIMES, FIRST_SHARE, LAST_SHARE = 16, 0.15, 0.97
+UPSET_TIMES, FIRST_UPSET, LAST_UPSET = 16, 0.15, 0.97
 """Times that are tried, and the part of the answer in which they lie."""
-MOST_SQUARES, LEAST_VARIANCES, LEAST_UPSET = 0.6, 40.0, 0.03
-LEAST_RESIDUAL = 0.005
+MAX_SQUARES, MIN_VARIANCES, MIN_UPSET = 0.6, 40.0, 0.03
+MIN_RESIDUAL = 0.005
 """Of the way of the PV, what the best process leaves on average where a disturbance may be looked for."""
 UPSET_POINTS, UPSET_ROUNDS = 100, 40
 """Points of the record that are looked at, and rounds of each search."""
@@ -385,55 +385,55 @@ UPSET_POINTS, UPSET_ROUNDS = 100, 40
 def find_upset(samples: Samples, output: Sequence[Segment], best: Fit) -> float | None:
     """When a second change of the PV begins, in s of the record; None: there is none."""
     begin = output[0].time
-    few = samples.average(UPSET_POINTS, begin)
-    plain = _residual_squares(few, output, best)
-    if plain <= len(few.time) * (LEAST_RESIDUAL * (max(few.value) - min(few.value))) ** 2:
+    points = samples.average(UPSET_POINTS, begin)
+    plain_squares = _residual_squares(points, output, best)
+    if plain_squares <= len(points.time) * (MIN_RESIDUAL * (max(points.value) - min(points.value))) ** 2:
         return None
-    length = few.time[-1] - begin
+    length = points.time[-1] - begin
     best_step: tuple[float, float, float] | None = None
     for n in range(UPSET_TIMES):
-        at = begin + length * (FIRST_SHARE + (LAST_SHARE - FIRST_SHARE) * n / (UPSET_TIMES - 1))
-        squares, size = _fit_with_step(few, output, best, at)
+        at = begin + length * (FIRST_UPSET + (LAST_UPSET - FIRST_UPSET) * n / (UPSET_TIMES - 1))
+        squares, size = _fit_with_step(points, output, best, at)
         if best_step is None or squares < best_step[0]:
             best_step = (squares, at, size)
-    if best_step is None or abs(best_step[2]) < LEAST_UPSET or best_step[0] >= MOST_SQUARES * plain:
+    if best_step is None or abs(best_step[2]) < MIN_UPSET or best_step[0] >= MAX_SQUARES * plain_squares:
         return None
-    variance = best_step[0] / max(1, len(few.time) - 5)
-    step = length * (LAST_SHARE - FIRST_SHARE) / (UPSET_TIMES - 1)
-    return max(begin, best_step[1] - step / 2) if plain - best_step[0] > LEAST_VARIANCES * variance else None
+    variance = best_step[0] / max(1, len(points.time) - 5)
+    step = length * (LAST_UPSET - FIRST_UPSET) / (UPSET_TIMES - 1)
+    return max(begin, best_step[1] - step / 2) if plain_squares - best_step[0] > MIN_VARIANCES * variance else None
 
 
-def _residual_squares(few: Samples, output: Sequence[Segment], best: Fit) -> float:
+def _residual_squares(points: Samples, output: Sequence[Segment], best: Fit) -> float:
     """What the best process leaves of these points."""
     columns = [
-        [1.0] * len(few.time),
-        second_order_response(few.time, output, best.dead_time, best.time_constant, best.second_time_constant),
+        [1.0] * len(points.time),
+        second_order_response(points.time, output, best.dead_time, best.time_constant, best.second_time_constant),
     ]
-    return _fit_columns([*columns, *_drift_columns(few, output, best)], few.value)[0]
+    return _fit_columns([*columns, *_drift_columns(points, output, best)], points.value)[0]
 
 
-def _drift_columns(few: Samples, output: Sequence[Segment], best: Fit) -> list[list[float]]:
-    return [[t - output[0].time for t in few.time]] if best.drift else []
+def _drift_columns(points: Samples, output: Sequence[Segment], best: Fit) -> list[list[float]]:
+    return [[t - output[0].time for t in points.time]] if best.drift else []
 
 
-def _fit_with_step(few: Samples, output: Sequence[Segment], best: Fit, at: float) -> tuple[float, float]:
+def _fit_with_step(points: Samples, output: Sequence[Segment], best: Fit, step_time: float) -> tuple[float, float]:
     """What is left with a step at this time, and its size in answers."""
-    length, drift = few.time[-1] - output[0].time, _drift_columns(few, output, best)
+    length, drift = points.time[-1] - output[0].time, _drift_columns(points, output, best)
 
-    def cost(place: Sequence[float], *, whole: bool = False) -> float:
+    def cost(place: Sequence[float], *, with_size: bool = False) -> float:
         dead, constant = abs(place[0]) * length, max(abs(place[1]), 1e-4) * length
-        unit = response.first_order_response(few.time, output, dead, constant)
-        upset = response.first_order_response(few.time, [Segment(at, 1.0)], 0.0, constant)
-        squares, weights = _fit_columns([[1.0] * len(unit), unit, upset, *drift], few.value)
-        if whole:
+        unit = response.first_order_response(points.time, output, dead, constant)
+        upset = response.first_order_response(points.time, [Segment(step_time, 1.0)], 0.0, constant)
+        squares, weights = _fit_columns([[1.0] * len(unit), unit, upset, *drift], points.value)
+        if with_size:
             size = weights[1] * max(map(abs, unit))
             return weights[2] / size if size else 0.0
         return squares
 
-    early = min((at - output[0].time) / length / 3, 0.3)
+    early = min((step_time - output[0].time) / length / 3, 0.3)
     starts = [(best.dead_time / length, min(best.time_constant / length, 1.0)), (early / 4, early)]
     place = search_minimum(cost, min(starts, key=cost), 0.05, UPSET_ROUNDS)
-    return cost(place), cost(place, whole=True)
+    return cost(place), cost(place, with_size=True)
 
 
 def _fit_columns(columns: Sequence[Sequence[float]], values: Sequence[float]) -> tuple[float, list[float]]:
@@ -449,16 +449,16 @@ def _fit_columns(columns: Sequence[Sequence[float]], values: Sequence[float]) ->
 
 # --- The record of a step test as people have it: a table with time, output and PV somewhere in its columns -----------
 
-SECONDS = {"ms": 0.001, "s": 1.0, "sec": 1.0, "min": 60.0, "h": 3600.0, "d": 86400.0}
+UNIT_SECONDS = {"ms": 0.001, "s": 1.0, "sec": 1.0, "min": 60.0, "h": 3600.0, "d": 86400.0}
 """Units of time that a header may name, in s."""
 UNIT_WORDS = {"msec": "ms", "millis": "ms", "milliseconds": "ms", "seconds": "s", "secs": "s", "minutes": "min"}
 UNIT_WORDS |= {"minute": "min", "hours": "h", "hour": "h", "hr": "h", "days": "d", "std": "h", "sek": "s"}
 EXCEL_DAYS = (20_000.0, 80_000.0)
 """Dates of spreadsheets as numbers of days: 1954 to 2119."""
 MILLISECONDS_SINCE_1970 = 1e11
-EPOCH = 1e8
+MIN_EPOCH_TIME = 1e8
 """Numbers of seconds from here on count from 1970, so the first sample becomes 0."""
-MOST_MISSING = 0.2
+MAX_MISSING_SHARE = 0.2
 """Share of rows that may lack a value."""
 GAP_SAMPLES = 10.0
 """How many sample times a gap lasts that is told."""
@@ -507,7 +507,7 @@ def read_record(
             f"{name} is larger than {limits.listing_bytes} bytes; --limit file_bytes=… raises that"
         )
     try:
-        stated = stated_columns(request.columns) if request.columns else {}
+        stated = read_column_options(request.columns) if request.columns else {}
         sheet = read_sheet(data, name)
         columns = find_columns(sheet, stated)
         remarks = [columns.text(sheet), *sheet.remarks]
@@ -536,11 +536,11 @@ def _numbers_of_row(sheet: Sheet, row: Row, columns: Columns) -> tuple[float, fl
 def _complete_rows(sheet: Sheet, columns: Columns, remarks: list[str]) -> list[Row]:
     """The rows that have all values; a few may lack one, which is told."""
     needed = (*columns.time, columns.output, columns.pv)
-    rows = [row for row in sheet.rows if not any(row.cells[c].lower() in MISSING for c in needed)]
+    rows = [row for row in sheet.rows if not any(row.cells[c].lower() in MISSING_WORDS for c in needed)]
     if len(rows) < len(sheet.rows):
         first = next(row.line for row in sheet.rows if row not in rows)
         lost = len(sheet.rows) - len(rows)
-        if lost > MOST_MISSING * len(sheet.rows):
+        if lost > MAX_MISSING_SHARE * len(sheet.rows):
             raise TuningError(
                 f"{sheet.name}:{first}: {lost} of {len(sheet.rows)} rows lack a value ({columns.text(sheet)}); choose "
                 "other columns, or a part of the record with --from and --until"
@@ -571,9 +571,9 @@ def _read_times(
     unit = _time_unit(sheet, column, numbers)
     if unit is None:
         remarks.append("the time has no unit and is taken for s")
-    factor = SECONDS[unit or "s"]
+    factor = UNIT_SECONDS[unit or "s"]
     times = [number * factor for number in numbers]
-    if min(times) >= EPOCH or unit == "d":
+    if min(times) >= MIN_EPOCH_TIME or unit == "d":
         start = min(times)
         remarks.append(
             f"the time counts from the first sample, {min(numbers):.10g}{'' if unit is None else ' ' + unit}"
@@ -594,7 +594,7 @@ class TimeOrigin(NamedTuple):
 def _time_unit(sheet: Sheet, column: int, numbers: Sequence[float]) -> str | None:
     """The unit of a column of times, by its header; days and ms by their size."""
     words = [sheet.units[column].lower(), *re.split(r"[^a-z]+", sheet.names[column].lower())[::-1]]
-    unit = next((UNIT_WORDS.get(word, word) for word in words if UNIT_WORDS.get(word, word) in SECONDS), None)
+    unit = next((UNIT_WORDS.get(word, word) for word in words if UNIT_WORDS.get(word, word) in UNIT_SECONDS), None)
     if unit is None and min(numbers) >= MILLISECONDS_SINCE_1970:
         return "ms"
     dated = {"date", "datetime", "timestamp", "datum", "zeitstempel"} & set(words)
@@ -633,7 +633,7 @@ def _sort_samples(samples: list[Sample], name: str, remarks: list[str]) -> list[
 
 def _spread_ticks(groups: Sequence[Sequence[Sample]]) -> list[Sample]:
     """Samples of a coarse clock, evenly from its tick to the next one; the first tick is seen from its end."""
-    out = []
+    spread = []
     typical = median(b[0].time - a[0].time for a, b in pairwise(groups)) / median(len(g) for g in groups[1:])
     for i, group in enumerate(groups):
         start = group[0].time
@@ -643,8 +643,8 @@ def _spread_ticks(groups: Sequence[Sequence[Sample]]) -> list[Sample]:
             step = (groups[i + 1][0].time - start) / len(group)
         else:
             step = typical
-        out += [s._replace(time=start + j * step) for j, s in enumerate(group)]
-    return out
+        spread += [s._replace(time=start + j * step) for j, s in enumerate(group)]
+    return spread
 
 
 def _tell_gaps(samples: Sequence[Sample], remarks: list[str]) -> None:
@@ -659,18 +659,18 @@ def _cut_window(samples: list[Sample], request: Request, origin: TimeOrigin, rem
     """The part of the record that counts."""
     start = _read_time(request.start, "from", origin)
     until = _read_time(request.until, "until", origin)
-    part = [s for s in samples if (start is None or s.time >= start) and (until is None or s.time <= until)]
+    kept = [s for s in samples if (start is None or s.time >= start) and (until is None or s.time <= until)]
     if start is None and until is None:
         return samples
     if start is not None and until is not None and start >= until:
         raise TuningError(f"--from {start:g} s is not before --until {until:g} s; exchange them")
-    if not part:
+    if not kept:
         raise TuningError(
             f"no sample lies between --from and --until; the record goes from {samples[0].time:g} to "
             f"{samples[-1].time:g} s"
         )
-    remarks.append(f"{len(part)} of {len(samples)} samples count, {part[0].time:g} to {part[-1].time:g} s")
-    return part
+    remarks.append(f"{len(kept)} of {len(samples)} samples count, {kept[0].time:g} to {kept[-1].time:g} s")
+    return kept
 
 
 def _read_time(text: str | None, option: str, origin: TimeOrigin) -> float | None:
@@ -678,10 +678,10 @@ def _read_time(text: str | None, option: str, origin: TimeOrigin) -> float | Non
     if text is None:
         return None
     match = NUMBER_AND_UNIT.fullmatch(text.lower())
-    if match and (match[2] or "s") in SECONDS:
-        value = float(match[1]) * SECONDS[match[2] or "s"]
+    if match and (match[2] or "s") in UNIT_SECONDS:
+        value = float(match[1]) * UNIT_SECONDS[match[2] or "s"]
         if isfinite(value):
-            return value - (origin.seconds if not origin.stamp and value >= EPOCH else 0.0)
+            return value - (origin.seconds if not origin.stamp and value >= MIN_EPOCH_TIME else 0.0)
     if origin.stamp and looks_like_stamp(text):
         try:
             (there, here), _ = seconds_of([origin.stamp, text])

@@ -39,15 +39,15 @@ D708 = Decision(
     "`simulate` has them.",
 )
 
-DECADES_BELOW, DECADES_ABOVE, PER_DECADE = 5, 3, 120
+DECADES_BELOW, DECADES_ABOVE, POINTS_PER_DECADE = 5, 3, 120
 """Of the frequencies that are looked at, around the inverse of the slowest and of the fastest time."""
-FOLLOWED_RADIANS, PER_RADIAN = 60.0, 25
+FOLLOWED_RADIANS, POINTS_PER_RADIAN = 60.0, 25
 """Radians of the dead time that are followed one by one; beyond, only |L| counts, as every phase comes by."""
-CERTAIN_TURN = 0.7
+MAX_SURE_TURN = 0.7
 """Radians: a larger turn between two frequencies may be one of the other way round."""
 HALVINGS = 40
-SECTIONS = 60
-GOLDEN = (5**0.5 - 1) / 2
+MAX_SECTIONS = 60
+GOLDEN_SECTION = (5**0.5 - 1) / 2
 
 
 @frozen
@@ -66,7 +66,7 @@ class Trace:
     points: tuple[complex, ...]
     nearest: complex
     """Closest to -1: there the sensitivity is Ms."""
-    turn: complex | None
+    crossing: complex | None
     """Farthest out on the negative real axis, of what is within the unit circle or not; None: it is not crossed."""
     crossover: complex | None
     """On the unit circle, closest to -1; None: the loop is never as loud."""
@@ -159,16 +159,16 @@ def _frequencies(loop: Loop) -> list[float]:
     """From where the loop is an integrator to where it is silent, close enough for every turn of the dead time."""
     low = log10(1 / sum(loop.times)) - DECADES_BELOW
     high = log10(1 / min(loop.times)) + DECADES_ABOVE
-    count = int((high - low) * PER_DECADE) + 1
+    count = int((high - low) * POINTS_PER_DECADE) + 1
     points = {10 ** (low + (high - low) * i / count) for i in range(count + 1)}
     if dead := loop.transfer.dead_time:
-        points |= {i / (PER_RADIAN * dead) for i in range(1, int(FOLLOWED_RADIANS * PER_RADIAN) + 1)}
+        points |= {i / (POINTS_PER_RADIAN * dead) for i in range(1, int(FOLLOWED_RADIANS * POINTS_PER_RADIAN) + 1)}
     return sorted(points)
 
 
-def _is_stable(loop: Loop, frequencies: Sequence[float], values: Sequence[complex], beyond: Sequence[complex]) -> bool:
+def _is_stable(loop: Loop, frequencies: Sequence[float], values: Sequence[complex], tail: Sequence[complex]) -> bool:
     """Nyquist: 1 + L turns by a quarter for each integrator, and no more, on the way to where L is silent."""
-    if any(abs(value) >= 1 for value in (*beyond, values[-1])):
+    if any(abs(value) >= 1 for value in (*tail, values[-1])):
         return False
     turned = sum(
         _turn_between(loop, *pair)
@@ -179,14 +179,14 @@ def _is_stable(loop: Loop, frequencies: Sequence[float], values: Sequence[comple
     return abs(turned - expected) < pi / 2
 
 
-def _turn_between(loop: Loop, low: tuple[float, float], high: tuple[float, float], most: int = HALVINGS) -> float:
+def _turn_between(loop: Loop, low: tuple[float, float], high: tuple[float, float], halvings: int = HALVINGS) -> float:
     """By how much 1 + L turns between two frequencies with its phases there; close to 0 it turns fast."""
     turned = (high[1] - low[1] + pi) % (2 * pi) - pi
-    if abs(turned) < CERTAIN_TURN or not most:
+    if abs(turned) < MAX_SURE_TURN or not halvings:
         return turned
     w = (low[0] + high[0]) / 2
     middle = (w, phase(1 + loop(w)))
-    return _turn_between(loop, low, middle, most - 1) + _turn_between(loop, middle, high, most - 1)
+    return _turn_between(loop, low, middle, halvings - 1) + _turn_between(loop, middle, high, halvings - 1)
 
 
 def peak_sensitivity(loop: OpenLoop, frequencies: Sequence[float], values: Sequence[complex]) -> float:
@@ -194,8 +194,8 @@ def peak_sensitivity(loop: OpenLoop, frequencies: Sequence[float], values: Seque
     sensitivities = [1 / abs(1 + value) for value in values]
     best = max(range(len(values)), key=sensitivities.__getitem__)
     low, high = frequencies[max(best - 1, 0)], frequencies[min(best + 1, len(values) - 1)]
-    for _ in range(SECTIONS):
-        left, right = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
+    for _ in range(MAX_SECTIONS):
+        left, right = high - GOLDEN_SECTION * (high - low), low + GOLDEN_SECTION * (high - low)
         if abs(1 + loop(left)) < abs(1 + loop(right)):
             high = right
         else:
@@ -225,13 +225,13 @@ def crossings(loop: OpenLoop, frequencies: Sequence[float], quantity: Callable[[
 # The controller has the derivative on the PV, so that a step of the set point makes no spike; process and dead time
 # are exact for an output that is held over a step of the calculation, which is a small part of the fastest time.
 
-FINE_STEPS, MOST_STEPS = 100, 60_000
+FINE_STEPS, MAX_STEPS = 100, 60_000
 """Steps of the calculation in the fastest time, and in all."""
 COARSE_STEPS = 5
 """Times that step where the fastest time is not the loop's."""
-SETTLED_SHARE, SHOWN_TIMES, MOST_SHOWN = 0.01, 1.15, 1500
+REST_SHARE, SHOWN_DURATIONS, MAX_SHOWN_POINTS = 0.01, 1.15, 1500
 """Part of the way within which a PV is at rest; how long, in times until then, and in points, is shown."""
-LONGEST_LOOK = 12
+MAX_DURATION = 12
 """Times the slowest of integral time, lags and dead time: how long is looked at."""
 
 
@@ -295,29 +295,29 @@ def step_curves(gains: Gains, transfer: Transfer) -> Curves:
     after_setpoint, _ = _run_loop(gains, transfer, dt, duration, setpoint=1.0, load=0.0)
     after_load, _ = _run_loop(gains, transfer, dt, duration, setpoint=0.0, load=1.0)
     steps = max(_steps_to_rest(after_setpoint), _steps_to_rest(after_load))
-    end = min(len(after_setpoint), round(SHOWN_TIMES * steps) + 2)
-    every = max(1, end // MOST_SHOWN)
+    end = min(len(after_setpoint), round(SHOWN_DURATIONS * steps) + 2)
+    every = max(1, end // MAX_SHOWN_POINTS)
     times = (0.0, *((i + 1) * dt for i in range(0, end, every)))
     return Curves(times, (0.0, *after_setpoint[:end:every]), (0.0, *after_load[:end:every]))
 
 
 def _steps_to_rest(pvs: list[float]) -> int:
     """Steps until the PV stays within a small part of its way."""
-    band = SETTLED_SHARE * (max(pvs) - min(pvs))
+    band = REST_SHARE * (max(pvs) - min(pvs))
     return next((i for i in range(len(pvs) - 1, -1, -1) if abs(pvs[i] - pvs[-1]) > band), 0)
 
 
 def _time_grid(gains: Gains, transfer: Transfer) -> tuple[float, float] | None:
     """The step of the calculation and how long it goes on, in s; None: more steps than can be made."""
     loop = Loop(gains, transfer)
-    fine, duration = min(loop.times) / FINE_STEPS, LONGEST_LOOK * max(loop.times)
-    if duration / fine <= MOST_STEPS:
+    fine, duration = min(loop.times) / FINE_STEPS, MAX_DURATION * max(loop.times)
+    if duration / fine <= MAX_STEPS:
         return fine, duration
     # A lag that is much slower than the loop ends with it; a time that is much faster makes no difference.
     fastest = 1 / loop.crossover
     slowest = max(time for time in (fastest, transfer.dead_time, gains.integral_time) if not isinf(time))
-    duration = min(duration, LONGEST_LOOK * slowest)
-    step = max(fine, duration / MOST_STEPS)
+    duration = min(duration, MAX_DURATION * slowest)
+    step = max(fine, duration / MAX_STEPS)
     return (step, duration) if step <= fastest / FINE_STEPS * COARSE_STEPS else None
 
 
@@ -355,7 +355,7 @@ def _run_loop(
 
 WARNING_MS = 2.5
 """Of Ms: above it small errors of the process make the loop swing (D706)."""
-SAMPLE_SHARE = 10
+MIN_LAG_SAMPLES = 10
 """A sample time should be below this part of the time constant."""
 
 
@@ -412,7 +412,7 @@ def warnings_of_authors(process: Process) -> Iterator[str]:
         return
     if process.dead_time and process.time_constant / process.dead_time < 1:
         yield "the dead time is longer than the time constant: hard to control, whatever the gains"
-    if process.sample_time and process.sample_time * SAMPLE_SHARE >= process.time_constant:
+    if process.sample_time and process.sample_time * MIN_LAG_SAMPLES >= process.time_constant:
         yield "the sample time is not below a tenth of the time constant"
 
 

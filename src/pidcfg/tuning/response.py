@@ -65,9 +65,9 @@ START_DEAD_TIMES = (0.0, 0.003, 0.01, 0.03, 0.07, 0.15, 0.3, 0.5)
 LONGEST_CONSTANT = 1e3
 """Lengths of the record beyond which a time constant is an integrator."""
 NORMAL_95 = 1.96
-LEAST_RATIO, LEAST_SPACING = 1e-6, 1e-4
+MIN_LAG_RATIO, MIN_LAG_SPACING = 1e-6, 1e-4
 """Of a second time constant to the first: below there is none, and nearer to 1 both count as so far apart."""
-MOST_CORRELATION = 0.98
+MAX_CORRELATION = 0.98
 """Of the correlation of neighbours: more makes every number unknown."""
 
 
@@ -135,44 +135,44 @@ class Fit:
 
 
 def first_order_response(
-    times: Sequence[float], output: Sequence[Segment], dead: float, constant: float
+    times: Sequence[float], output: Sequence[Segment], dead_time: float, constant: float
 ) -> list[float]:
     """The PV, from rest, of a process with gain 1 (an integrator where the time constant is infinite)."""
-    out: list[float] = []
+    pvs: list[float] = []
     state = value = slope = 0.0
-    at, k = min(times[0], output[0].time + dead), 0
-    changes = [segment.time + dead for segment in output]
+    reached, k = min(times[0], output[0].time + dead_time), 0
+    changes = [segment.time + dead_time for segment in output]
     for time in times:
         while k < len(changes) and changes[k] <= time:
-            state = _advance_lag(state, value, slope, changes[k] - at, constant)
-            at, value, slope = changes[k], output[k].value, output[k].slope
+            state = _advance_lag(state, value, slope, changes[k] - reached, constant)
+            reached, value, slope = changes[k], output[k].value, output[k].slope
             k += 1
-        past, at = time - at, time
+        elapsed, reached = time - reached, time
         if constant == inf or slope:
-            state = _advance_lag(state, value, slope, past, constant)
-            value += slope * past
+            state = _advance_lag(state, value, slope, elapsed, constant)
+            value += slope * elapsed
         else:  # the same of a held output, in which a search passes most of its time
-            state = value + (state - value) * exp(-past / constant)
-        out.append(state)
-    return out
+            state = value + (state - value) * exp(-elapsed / constant)
+        pvs.append(state)
+    return pvs
 
 
-def _advance_lag(state: float, value: float, slope: float, past: float, constant: float) -> float:
+def _advance_lag(state: float, value: float, slope: float, elapsed: float, constant: float) -> float:
     if constant == inf:
-        return state + value * past + slope * past * past / 2
+        return state + value * elapsed + slope * elapsed * elapsed / 2
     lag = value - slope * constant
-    return lag + slope * past + (state - lag) * exp(-past / constant)
+    return lag + slope * elapsed + (state - lag) * exp(-elapsed / constant)
 
 
 def second_order_response(
-    times: Sequence[float], output: Sequence[Segment], dead: float, constant: float, second: float
+    times: Sequence[float], output: Sequence[Segment], dead_time: float, constant: float, second: float
 ) -> list[float]:
     """The PV, from rest, of a process with gain 1 and two lags, the second one not the longer; 0: with one."""
-    first_order = first_order_response(times, output, dead, constant)
-    if second < constant * LEAST_RATIO:
+    first_order = first_order_response(times, output, dead_time, constant)
+    if second < constant * MIN_LAG_RATIO:
         return first_order
-    second = min(second, constant * (1 - LEAST_SPACING))
-    two, share = first_order_response(times, output, dead, second), constant / (constant - second)
+    second = min(second, constant * (1 - MIN_LAG_SPACING))
+    two, share = first_order_response(times, output, dead_time, second), constant / (constant - second)
     return [share * a + (1 - share) * b for a, b in zip(first_order, two, strict=True)]
 
 
@@ -182,12 +182,12 @@ def fit_process(
     *,
     drift: bool = False,
     integrating: bool = False,
-    near: Fit | None = None,
-    second: bool = False,
+    guess: Fit | None = None,
+    with_second_lag: bool = False,
 ) -> Fit:
-    """The process that fits best; with ``drift`` the rest moves evenly; ``near``: a fit to begin at.
+    """The process that fits best; with ``drift`` the rest moves evenly; ``guess``: a fit to begin at.
 
-    ``second``: with two lags, of which ``near`` is an estimate with one.
+    ``with_second_lag``: with two lags, of which ``guess`` is an estimate with one.
     """
     length = samples.time[-1] - output[0].time
     begin = output[0].time
@@ -196,39 +196,39 @@ def fit_process(
     def cost(points: Samples) -> Callable[[Sequence[float]], float]:
         def squares_left(place: Sequence[float]) -> float:
             constant = inf if integrating else _time_constant(place[1]) * length
-            lag = constant * _lag_ratio(place[2]) if second else 0.0
+            lag = constant * _lag_ratio(place[2]) if with_second_lag else 0.0
             return _fit_linear(points, output, abs(place[0]) * length, (constant, lag), begin, drift=drift)[1]
 
         return squares_left
 
     place: tuple[float, ...]
-    if near is not None and second:
-        constant, dead = near.time_constant / length, near.dead_time / length
+    if guess is not None and with_second_lag:
+        constant, delay = guess.time_constant / length, guess.dead_time / length
         begins = [
-            (max(dead - constant * q / 2, 0.0), _scale_place(constant / (1 + q / 2)), q) for q in (0.15, 0.4, 0.8)
+            (max(delay - constant * q / 2, 0.0), _scale_place(constant / (1 + q / 2)), q) for q in (0.15, 0.4, 0.8)
         ]
         place = min((search_minimum(cost(coarse), begin_place, 0.02) for begin_place in begins), key=cost(coarse))
         place = search_minimum(cost(fine), place, 0.005)
-    elif near is None:
+    elif guess is None:
         starts = [
-            (dead, _scale_place(share))
-            for dead in START_DEAD_TIMES
+            (delay, _scale_place(share))
+            for delay in START_DEAD_TIMES
             for share in ((1.0,) if integrating else START_CONSTANTS)
         ]
         ends = [search_minimum(cost(coarse), start, 0.05) for start in sorted(starts, key=cost(coarse))[:3]]
         place = search_minimum(cost(fine), min(ends, key=cost(coarse)), 0.005)
     else:
-        place = search_minimum(cost(fine), (near.dead_time / length, _scale_place(near.time_constant / length)), 0.05)
-    dead, constant = abs(place[0]) * length, inf if integrating else _time_constant(place[1]) * length
-    lag = constant * _lag_ratio(place[2]) if second else 0.0
-    (base, moves, gain), squares = _fit_linear(fine, output, dead, (constant, lag), begin, drift=drift)
-    errors = _confidences(fine, output, (gain, constant, dead, lag), squares, drift=drift)
-    return Fit(gain, constant, dead, base, moves, squares, len(fine.time), errors[:3], lag, errors[3])
+        place = search_minimum(cost(fine), (guess.dead_time / length, _scale_place(guess.time_constant / length)), 0.05)
+    delay, constant = abs(place[0]) * length, inf if integrating else _time_constant(place[1]) * length
+    lag = constant * _lag_ratio(place[2]) if with_second_lag else 0.0
+    (base, moves, gain), squares = _fit_linear(fine, output, delay, (constant, lag), begin, drift=drift)
+    errors = _confidences(fine, output, (gain, constant, delay, lag), squares, drift=drift)
+    return Fit(gain, constant, delay, base, moves, squares, len(fine.time), errors[:3], lag, errors[3])
 
 
 def _lag_ratio(place: float) -> float:
     """The second time constant over the first from its place on the search's scale, on which 1 is no end."""
-    return min(abs(place), 1 / max(abs(place), LEAST_RATIO))
+    return min(abs(place), 1 / max(abs(place), MIN_LAG_RATIO))
 
 
 def _scale_place(share: float) -> float:
@@ -244,14 +244,14 @@ def _time_constant(place: float) -> float:
 def _fit_linear(
     samples: Samples,
     output: Sequence[Segment],
-    dead: float,
+    dead_time: float,
     constants: tuple[float, float],
     begin: float,
     *,
     drift: bool,
 ) -> tuple[tuple[float, float, float], float]:
     """Rest, drift and gain by least squares, and the sum of squares that they leave."""
-    columns = [[1.0] * len(samples.time), second_order_response(samples.time, output, dead, *constants)]
+    columns = [[1.0] * len(samples.time), second_order_response(samples.time, output, dead_time, *constants)]
     if drift:
         columns.insert(1, [t - begin for t in samples.time])
     weights_found = least_squares(columns, samples.value, samples.centred_values)
@@ -367,7 +367,7 @@ def _variance_growth(values: Sequence[float], columns: Sequence[Sequence[float]]
     for weight, column in zip(weights, columns, strict=True):
         residuals = [y - weight * x for y, x in zip(residuals, column, strict=True)]
     whole = _dot_product(residuals, residuals)
-    correlation = min(max(_dot_product(residuals[1:], residuals[:-1]) / whole, 0.0), MOST_CORRELATION) if whole else 0.0
+    correlation = min(max(_dot_product(residuals[1:], residuals[:-1]) / whole, 0.0), MAX_CORRELATION) if whole else 0.0
     return (1 + correlation) / (1 - correlation)
 
 
@@ -404,9 +404,9 @@ def search_minimum(
 
 # --- What the output of a record does: levels that are held, or a ramp, from its first change on ----------------------
 
-STRAY_SHARE = 0.05
+MAX_STRAY = 0.05
 """How far a held output may stray, in its range."""
-MOST_TURNS = 8
+MAX_TURNS = 8
 """How often the output of a test turns round at most."""
 
 
@@ -415,7 +415,7 @@ class Path:
     """The output from its first change on."""
 
     segments: Sequence[Segment]
-    first: int
+    first_sample: int
     """The first sample that is not at rest."""
     span: float
     """The largest change from rest."""
@@ -434,16 +434,16 @@ def output_path(record: Record, rest: float | None) -> Path:
         if rest is None:
             cure += "; where it stepped at the first sample, give the output before it with --rest"
         raise RecordError(f"the output never changes, it is {output[0]:g}", cure)
-    turns = _count_turns(output, STRAY_SHARE * reach)
-    if turns > MOST_TURNS:
+    turns = _count_turns(output, MAX_STRAY * reach)
+    if turns > MAX_TURNS:
         raise RecordError(
             f"the output turns round {turns} times, as in a closed loop",
             "put the loop into Manual, step the output once, and record until the PV is at rest",
         )
-    levels_held = _held_levels(output, STRAY_SHARE * reach)
+    levels_held = _held_levels(output, MAX_STRAY * reach)
     path = output if levels_held is None else levels_held
     before = path[0] if rest is None else rest
-    first = next((i for i, u in enumerate(path) if abs(u - before) > STRAY_SHARE * reach / 10), len(path) - 1)
+    first = next((i for i, u in enumerate(path) if abs(u - before) > MAX_STRAY * reach / 10), len(path) - 1)
     start = first if levels_held is not None else max(first - 1, 0)
     segments = _make_segments(record.time, [u - before for u in path], start, ramps=levels_held is None)
     return Path(segments, first, max((u - before for u in path), key=abs))
@@ -466,14 +466,14 @@ def _held_levels(output: Sequence[float], stray: float) -> list[float] | None:
 
 def _make_segments(times: Sequence[float], path: Sequence[float], start: int, *, ramps: bool) -> list[Segment]:
     """The output as levels that are held, or as straight lines between its samples."""
-    out: list[Segment] = []
+    segments: list[Segment] = []
     for i in range(start, len(path)):
         ahead = times[i + 1] - times[i] if i + 1 < len(path) else 0.0
         slope = (path[i + 1] - path[i]) / ahead if ramps and ahead > 0 else 0.0
-        last = out[-1] if out else None
+        last = segments[-1] if segments else None
         if last is None or path[i] != last.value + last.slope * (times[i] - last.time) or slope != last.slope:
-            out.append(Segment(times[i], path[i], slope))
-    return out
+            segments.append(Segment(times[i], path[i], slope))
+    return segments
 
 
 def _count_turns(path: Sequence[float], stray: float) -> int:
@@ -494,18 +494,18 @@ def _count_turns(path: Sequence[float], stray: float) -> int:
 
 SHAPE_MEANS = 60
 """Means that the answer is looked at by, so that noise makes no shape."""
-WRONG_WAY, OVERSHOOT = 0.04, 0.06
+WRONG_WAY_SHARE, OVERSHOOT_SHARE = 0.04, 0.06
 """Parts of the answer from which on they are told."""
-ABOVE_NOISE = 5.0
+MIN_NOISE_RATIO = 5.0
 """How many standard deviations of a mean a shape must have."""
 OVERSHOOT_RETURN = 0.3
 """Part of the overshoot by which the PV must come back."""
 
-SPIKE = 12.0
+SPIKE_NOISE_RATIO = 12.0
 """How many standard deviations of noise a sample must lie beyond both of its neighbours."""
 SPIKE_SHARE = 0.05
 """The same as a part of the PV's range."""
-STANDSTILL_SAMPLES, STOP_SPEED = 10, 0.08
+STANDSTILL_SAMPLES, STOP_SPEED_SHARE = 10, 0.08
 """Samples for which a PV at its end must stand still; how fast it came there, in the fastest way it went."""
 SPEED_WINDOWS = 40
 """The part of the answer over which its speed is measured."""
@@ -514,12 +514,12 @@ SPEED_WINDOWS = 40
 def refuse_spikes(record: Record, noise: float) -> None:
     """Refuses single samples that stand alone, far from both neighbours, which agree: no process is that fast."""
     pv = record.pv
-    far = max(SPIKE * noise, SPIKE_SHARE * (max(pv) - min(pv)))
+    min_height = max(SPIKE_NOISE_RATIO * noise, SPIKE_SHARE * (max(pv) - min(pv)))
     spikes = [
         i
         for i in range(1, len(pv) - 1)
-        if min(abs(pv[i] - pv[i - 1]), abs(pv[i] - pv[i + 1])) > far
-        and abs(pv[i + 1] - pv[i - 1]) < far / 2
+        if min(abs(pv[i] - pv[i - 1]), abs(pv[i] - pv[i + 1])) > min_height
+        and abs(pv[i + 1] - pv[i - 1]) < min_height / 2
         and (pv[i] - pv[i - 1]) * (pv[i] - pv[i + 1]) > 0
     ]
     if spikes:
@@ -539,7 +539,7 @@ def refuse_stop(record: Record, k: int, quantum: float) -> None:
     if len(pv) - stop < STANDSTILL_SAMPLES or stop <= width:
         return
     ways = [abs(b - a) for a, b in zip(pv[: stop + 1], pv[width : stop + 1], strict=False)]
-    if ways[-1] > max(STOP_SPEED * max(ways), 4 * quantum):
+    if ways[-1] > max(STOP_SPEED_SHARE * max(ways), 4 * quantum):
         raise RecordError(
             f"the PV stops at once at {pv[-1]:.6g} and stands still, as at the end of a sensor's range",
             "take a smaller step, or widen the range of the measurement",
@@ -557,42 +557,44 @@ def refuse_shape(record: Record, k: int, drift: float, noise: float) -> None:
     times = [record.time[k + i] for i in range(0, len(moved) - width + 1, width)]
     tail = max(1, len(means) // 5)
     answer = fmean(means[-tail:])
-    doubt = ABOVE_NOISE * noise / sqrt(width)
+    doubt = MIN_NOISE_RATIO * noise / sqrt(width)
     sign = 1 if answer > 0 else -1
     means = [sign * y for y in means]
     _refuse_wrong_way(means, times, abs(answer), doubt, record.time[k])
     _refuse_overshoot(means, times, abs(answer), doubt)
 
 
-def _refuse_wrong_way(means: Sequence[float], times: Sequence[float], answer: float, doubt: float, at: float) -> None:
+def _refuse_wrong_way(
+    means: Sequence[float], times: Sequence[float], answer: float, noise: float, start: float
+) -> None:
     lowest = min(means)
-    if lowest < -max(WRONG_WAY * answer, doubt):
+    if lowest < -max(WRONG_WAY_SHARE * answer, noise):
         raise RecordError(
             f"the PV first goes the wrong way, by {-lowest:.4g} of {answer:.4g}, until "
-            f"{times[means.index(lowest)] - at:.4g} s after the step (inverse response)",
+            f"{times[means.index(lowest)] - start:.4g} s after the step (inverse response)",
             "no first-order process does that; give --gain, --time-constant and --dead-time, with the time of the "
             "wrong way as dead time",
         )
 
 
-def _refuse_overshoot(means: Sequence[float], times: Sequence[float], answer: float, doubt: float) -> None:
+def _refuse_overshoot(means: Sequence[float], times: Sequence[float], answer: float, noise: float) -> None:
     highest = max(means)
     top = means.index(highest)
     later = means[top:]
-    over = highest - answer
-    if over <= max(OVERSHOOT * answer, doubt) or highest - min(later) < OVERSHOOT_RETURN * over:
+    overshoot = highest - answer
+    if overshoot <= max(OVERSHOOT_SHARE * answer, noise) or highest - min(later) < OVERSHOOT_RETURN * overshoot:
         return
     crossings = [t for t, (a, b) in zip(times, pairwise(y - answer for y in means), strict=False) if a * b < 0]
     if len(crossings) > 2:
         period = 2 * (crossings[-1] - crossings[0]) / (len(crossings) - 1)
         raise RecordError(
-            f"the PV swings about its end with a period of about {period:.3g} s, by {over:.4g} of {answer:.4g} "
+            f"the PV swings about its end with a period of about {period:.3g} s, by {overshoot:.4g} of {answer:.4g} "
             "(oscillation)",
             "put the loop into Manual, so that no controller answers; a process that swings by itself has no "
             "first-order model",
         )
     raise RecordError(
-        f"the PV goes beyond its end by {over:.4g} of {answer:.4g} and comes back (overshoot)",
+        f"the PV goes beyond its end by {overshoot:.4g} of {answer:.4g} and comes back (overshoot)",
         "put the loop into Manual, keep disturbances away, record longer before the step if the PV drifts, and until "
         "it is at rest",
     )

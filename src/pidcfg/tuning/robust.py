@@ -40,7 +40,7 @@ D1086 = Decision(
     "Bit 4 of +01 chooses the unit, so that the word goes on to 999.8 min. A rule changes three numbers of a file and "
     "nothing beside them.",
 )
-DIGITS = 12
+SIGNIFICANT_DIGITS = 12
 """Significant digits of a computed number: more are noise of the arithmetic."""
 
 
@@ -67,7 +67,7 @@ def fit_gains(gains: Gains, vendor: Vendor, pv_span: float, output_span: float) 
 
     An integral time that does not fit in s is in min where the PLC has both.
     """
-    loop = LoopTuning(tables_of(vendor).TUNED, pv_span=_decimal(pv_span), output_span=_decimal(output_span))
+    loop = LoopTuning(tables_of(vendor).TUNING_NUMBERS, pv_span=_decimal(pv_span), output_span=_decimal(output_span))
     gain, integral, derivative = fit_loop(gains, vendor.model, loop)
     return [gain, fit_in_other_unit(gains, vendor.model, loop, integral) or integral, derivative]
 
@@ -117,7 +117,7 @@ def _integral_value(gains: Gains, loop: LoopTuning) -> Decimal:
 
 
 def _decimal(value: float) -> Decimal:
-    return Decimal(f"{value:.{DIGITS}g}")
+    return Decimal(f"{value:.{SIGNIFICANT_DIGITS}g}")
 
 
 def _fit_number(model: type[BaseModel], words: TuningNumbers, name: str, unit: str, value: Decimal) -> FittedNumber:
@@ -151,11 +151,11 @@ def _number_text(value: Decimal) -> str:
 
 ROW_STRIDE, FEW_ROWS = 16, 64
 """Every so many rows are searched first, where there are not few, for a good bound and the plants that decide."""
-LOW_GAIN = 0.5
+LOW_GAIN_SHARE = 0.5
 """Of the highest gain that two times allow: where Ms is too large from there up, the frequencies were too few."""
-NEAR_MS = 0.98
+NEAR_MS_SHARE = 0.98
 """Of an Ms at the frequencies of a list: it may still be the largest between them."""
-EQUAL_SHARE = 1e-9
+EQUAL_TOLERANCE = 1e-9
 """Relative difference of numbers that count as equal."""
 
 
@@ -176,7 +176,7 @@ class Words:
 
     def values_between(self, low: float, high: float) -> Iterator[float]:
         """Those above ``low`` and up to ``high``, the largest first."""
-        top = self.last if high == inf else min(self.last, floor(high / self.step * (1 + EQUAL_SHARE)))
+        top = self.last if high == inf else min(self.last, floor(high / self.step * (1 + EQUAL_TOLERANCE)))
         for word in range(top, self.first - 1, -1):
             value = word * self.step
             if value <= low:
@@ -257,33 +257,33 @@ class Search:
                 return result
 
     def search_rows(
-        self, gains: Axis, rows: Sequence[tuple[float, float]], known: Candidate | None = None
+        self, gains: Axis, rows: Sequence[tuple[float, float]], best_known: Candidate | None = None
     ) -> Candidate | None:
         """The best for the plants that decide: a gain with one of the pairs of times, or what is known."""
         if len(rows) > FEW_ROWS:
-            known = self.search_rows(gains, rows[::ROW_STRIDE], known)
-            rows = self._drop_long_times(rows, known)
-        best, least = known, inf if known is None else known.error
+            best_known = self.search_rows(gains, rows[::ROW_STRIDE], best_known)
+            rows = self._drop_long_times(rows, best_known)
+        best, lower_bound = best_known, inf if best_known is None else best_known.error
         for integral, derivative in rows:
-            if self._least_error(integral, derivative) >= least:
+            if self._least_error(integral, derivative) >= lower_bound:
                 continue
             for low, high in allowed_gains(self.deciding, integral, derivative):
                 for gain in gains.values_between(low, high):
-                    if integral / gain >= least or (best is None and gain < LOW_GAIN * high):
+                    if integral / gain >= lower_bound or (best is None and gain < LOW_GAIN_SHARE * high):
                         break
                     candidate = Gains(gain, integral, derivative)
                     if best is None and not self._is_robust(candidate):
                         continue
-                    error = self._largest_error(candidate, least)
-                    if error < least and self._is_robust(candidate):
-                        best, least = Candidate(candidate, error), error
+                    error = self._largest_error(candidate, lower_bound)
+                    if error < lower_bound and self._is_robust(candidate):
+                        best, lower_bound = Candidate(candidate, error), error
         return best
 
     def try_gains(self, gains: Gains) -> Result:
         """Gains on all plants."""
         errors = [absolute_error(gains, curve.plant, self.sampling) for curve in self.curves]
-        ms = [inf if error == inf else curve.sensitivity(gains, least=inf) for curve, error in self._with(errors)]
-        near = max(ms) * NEAR_MS
+        ms = [inf if error == inf else curve.sensitivity(gains, least=inf) for curve, error in self._pairs(errors)]
+        near = max(ms) * NEAR_MS_SHARE
         ms = [
             value if value < near or value == inf else curve.sensitivity(gains)
             for curve, value in zip(self.curves, ms, strict=True)
@@ -291,7 +291,7 @@ class Search:
         error, highest = max(errors), max(ms)
         return Result(gains, error, highest, errors.index(error), ms.index(highest))
 
-    def _with(self, errors: Sequence[float]) -> Iterator[tuple[Curve, float]]:
+    def _pairs(self, errors: Sequence[float]) -> Iterator[tuple[Curve, float]]:
         return zip(self.curves, errors, strict=True)
 
     def margins(self, gains: Gains, plant: int) -> Margins:
@@ -303,33 +303,33 @@ class Search:
         failing = []
         if result.ms > self.ms:
             failing.append(self.curves[result.worst_ms])
-        if result.error > candidate.error * (1 + EQUAL_SHARE):
+        if result.error > candidate.error * (1 + EQUAL_TOLERANCE):
             failing.append(self.curves[result.worst_error])
         added = [curve for curve in dict.fromkeys(failing) if curve not in self.deciding]
         self.deciding = [*self.deciding, *added]
         return bool(added)
 
     def _drop_long_times(
-        self, rows: Sequence[tuple[float, float]], known: Candidate | None
+        self, rows: Sequence[tuple[float, float]], best_known: Candidate | None
     ) -> Sequence[tuple[float, float]]:
         """Without the integral times that are too long whatever the gain is: Ti/Kp is then larger than the error."""
-        if known is None or self.derivative:
+        if best_known is None or self.derivative:
             return rows
-        most = min(curve.bound_by_error(known.error) for curve in self.deciding)
-        return [row for row in rows if row[0] < most * known.error]
+        most = min(curve.bound_by_error(best_known.error) for curve in self.deciding)
+        return [row for row in rows if row[0] < most * best_known.error]
 
     def _least_error(self, integral: float, derivative: float) -> float:
         """A lower bound of the error with these times."""
         most = min(curve.bound_at_known(integral, derivative) for curve in self.deciding)
         return 0.0 if most == inf else integral / most
 
-    def _largest_error(self, gains: Gains, least: float) -> float:
-        """The largest of the plants that decide; infinite: not below ``least``."""
+    def _largest_error(self, gains: Gains, limit: float) -> float:
+        """The largest of the plants that decide; infinite: not below ``limit``."""
         self.tried_gains += 1
         largest = 0.0
         for curve in reversed(self.deciding):
-            largest = max(largest, absolute_error(gains, curve.plant, self.sampling, least))
-            if largest >= least:
+            largest = max(largest, absolute_error(gains, curve.plant, self.sampling, limit))
+            if largest >= limit:
                 self.deciding.remove(curve)
                 self.deciding.append(curve)
                 return inf
@@ -337,7 +337,7 @@ class Search:
 
     def _is_robust(self, gains: Gains) -> bool:
         """Whether Ms holds on the plants that decide."""
-        return all(curve.sensitivity(gains, least=NEAR_MS * self.ms) <= self.ms for curve in self.deciding)
+        return all(curve.sensitivity(gains, least=NEAR_MS_SHARE * self.ms) <= self.ms for curve in self.deciding)
 
 
 # --- Robust gains: the best real numbers, the best that a PLC can hold, and what its grid costs -----------------------
@@ -366,13 +366,13 @@ PID_LEVELS = (
     (1.002, 1.0006, 1.006, 1.005, 1.015),
 )
 """The same, and the ratio and reach of derivative times."""
-LEAST_TIME, MOST_TIMES = 0.2, 20.0
+MIN_TIME_FACTOR, MAX_TIME_FACTOR = 0.2, 20.0
 """Of the delay of the loop, and of all times: the range of integral times."""
-LEAST_DERIVATIVE, MOST_DERIVATIVE = 0.05, 4.0
+MIN_DERIVATIVE, MAX_DERIVATIVE = 0.05, 4.0
 """Of the delay and the second time constant: the range of derivative times."""
-BELOW_MS = 1 - 1e-6
+MS_MARGIN = 1 - 1e-6
 """Of the limit of Ms, for numbers that are rounded afterwards."""
-WORDS_AROUND = ((1.08, 1.2, 12), (1.025, 1.05, inf))
+WORD_REACHES = ((1.08, 1.2, 12), (1.025, 1.05, inf))
 """Reach of integral and derivative times around the best so far, and about how many of each; infinite: all words."""
 
 
@@ -383,13 +383,13 @@ class RobustTuning:
     result: Result
     """As the PLC holds them; real numbers without a PLC."""
     real: Result
-    words: bool
+    has_words: bool
     """Whether the gains are words with steps between them."""
-    every_word: bool
+    is_exhaustive: bool
     """Whether there is no better word at all."""
     spreads: tuple[Spread, ...]
     plants: int
-    limit: float
+    ms_limit: float
     """Of Ms."""
     search: Search
 
@@ -454,19 +454,19 @@ class _Grid:
                 return None
         return best
 
-    def _list_times(self, number: int, ratio: float, reach: float, known: Gains | None) -> list[float]:
+    def _list_times(self, number: int, ratio: float, reach: float, best_known: Gains | None) -> list[float]:
         """Times that grow by a ratio, ascending."""
         plants, sample = self.search.plants, self.search.sampling.sample_time
-        dead = plants[0].dead_time + sample / 2
+        delay = plants[0].dead_time + sample / 2
         second = plants[0].second_time_constant
-        slow = (0.0 if plants[0].integrating else plants[0].time_constant) + second + dead
+        slow = (0.0 if plants[0].integrating else plants[0].time_constant) + second + delay
         low, high = (
-            (LEAST_TIME * dead, MOST_TIMES * slow)
+            (MIN_TIME_FACTOR * delay, MAX_TIME_FACTOR * slow)
             if number == 1
-            else (LEAST_DERIVATIVE * dead, MOST_DERIVATIVE * (dead + second))
+            else (MIN_DERIVATIVE * delay, MAX_DERIVATIVE * (delay + second))
         )
-        if known is not None:
-            middle = known.integral_time if number == 1 else known.derivative_time
+        if best_known is not None:
+            middle = best_known.integral_time if number == 1 else best_known.derivative_time
             low, high = middle / reach, middle * reach
         least, most = self._limit_range(number, (low, high))
         count = max(0, int(log(most / least) / log(ratio) + 0.5)) if most > least else 0
@@ -484,7 +484,7 @@ class _Grid:
         low = float(limits.low or 0) / scale
         high = inf if limits.high is None else float(limits.high) / scale
         if number == 1 and Decimal(limits.high or 0) == words.no_integral:
-            high *= BELOW_MS
+            high *= MS_MARGIN
         return max(low, ends[0]), min(high, ends[1])
 
     def _unit_scale(self, number: int) -> float:
@@ -508,23 +508,23 @@ class _Grid:
         rows = [(time, 0.0) for time in reversed(list(self._word_axis(1).values_between(0, inf)))]
         return self.search.search_rows(self._word_axis(0), rows)
 
-    def _search_words_around(self, near: Gains) -> Candidate | None:
+    def _search_words_around(self, start: Gains) -> Candidate | None:
         best, times, rates = None, self._word_axis(1), self._word_axis(2)
-        for time_reach, rate_reach, count in WORDS_AROUND:
+        for time_reach, rate_reach, count in WORD_REACHES:
             integral_times = list(
-                times.values_between(near.integral_time / time_reach, near.integral_time * time_reach)
+                times.values_between(start.integral_time / time_reach, start.integral_time * time_reach)
             )
             derivative_times = list(
-                rates.values_between(near.derivative_time / rate_reach, near.derivative_time * rate_reach)
+                rates.values_between(start.derivative_time / rate_reach, start.derivative_time * rate_reach)
             )
             rows = [
                 (time, rate) for time in _thin_out(integral_times, count) for rate in _thin_out(derivative_times, count)
             ]
-            gains = self._word_axis(0).narrow(near.gain, time_reach)
+            gains = self._word_axis(0).narrow(start.gain, time_reach)
             best = self.search.search_rows(gains, sorted(rows), best)
             if best is None:
                 return None
-            near = best.gains
+            start = best.gains
         return best
 
     def _word_axis(self, number: int) -> Words:
@@ -554,7 +554,7 @@ class _Grid:
             result = self.search.try_gains(self._stored_gains(gains))
             if result.ms <= self.search.ms:
                 return result
-            gains = replace(gains, gain=gains.gain * BELOW_MS)
+            gains = replace(gains, gain=gains.gain * MS_MARGIN)
 
     def _stored_gains(self, gains: Gains) -> Gains:
         """As the registers hold them; a number that does not fit stays, and is told with the result."""

@@ -59,7 +59,7 @@ D93 = Decision(
 )
 
 
-LEAST, LARGEST = 1e-9, 1e12
+MIN_NUMBER, MAX_NUMBER = 1e-9, 1e12
 """Of a gain, or of a time in s: nothing that is tuned has others, and beyond them a float makes no margins."""
 
 
@@ -72,7 +72,7 @@ class TuningError(ValueError):
 
 def is_usable(number: float) -> bool:
     """Whether the size of a gain or time is one of a process."""
-    return LEAST <= abs(number) <= LARGEST
+    return MIN_NUMBER <= abs(number) <= MAX_NUMBER
 
 
 @frozen
@@ -135,13 +135,13 @@ class Gains:
         return self.gain * self.derivative_time
 
 
-DISTURBANCE: dict[Form, tuple[float, ...]] = {
+IAE_DISTURBANCE: dict[Form, tuple[float, ...]] = {
     "P": (0.902, -0.985),
     "PI": (0.984, -0.985, 0.608, 0.707),
     "PID": (1.435, -0.921, 0.878, 0.749, 0.482, 1.137),
 }
 """Table 17-1: factor and power of Pu, for gain, integral time (Tc over the factor) and derivative time."""
-SETPOINT: dict[Form, tuple[float, ...]] = {
+IAE_SETPOINT: dict[Form, tuple[float, ...]] = {
     "PI": (0.758, -0.861, 1.02, 0.323),
     "PID": (1.086, -0.869, 0.74, 0.13, 0.348, 0.914),
 }
@@ -383,13 +383,13 @@ D852 = Decision(
     "every second, has its least Ti/Kp at Kp 0.65, Ti 26 s, and there 4 % more IAE than with Kp 0.74, Ti 31.4 s.",
     "A promise for every plant is about the worst of them. `tests/test_robust.py` compares with all words.",
 )
-SAMPLES, SEED = 200, 1
+DEFAULT_SAMPLES, SEED = 200, 1
 VARIED_NUMBERS = ("gain", "time_constant", "second_time_constant", "dead_time")
 PERCENT = 100.0
-NUMBER = r"[0-9]+(?:\.[0-9]*)?|\.[0-9]+"
-PLUS_MINUS = re.compile(rf"(?:±|\+-|\+/-) ?({NUMBER}) ?%")
-SHARE_RANGE = re.compile(rf"({NUMBER}) ?% ?\.\. ?({NUMBER}) ?%")
-NUMBER_RANGE = re.compile(rf"(-?(?:{NUMBER})) ?\.\. ?(-?(?:{NUMBER}))")
+NUMBER_PATTERN = r"[0-9]+(?:\.[0-9]*)?|\.[0-9]+"
+PLUS_MINUS_PATTERN = re.compile(rf"(?:±|\+-|\+/-) ?({NUMBER_PATTERN}) ?%")
+PERCENT_RANGE_PATTERN = re.compile(rf"({NUMBER_PATTERN}) ?% ?\.\. ?({NUMBER_PATTERN}) ?%")
+NUMBER_RANGE_PATTERN = re.compile(rf"(-?(?:{NUMBER_PATTERN})) ?\.\. ?(-?(?:{NUMBER_PATTERN}))")
 SPREAD_FORMS = "write ±30%, 80%..130% (of the process's number), or both ends as numbers: 6..10"
 
 
@@ -426,12 +426,12 @@ def read_spreads(text: str, process: Process, *, negative: bool = False) -> list
 
 def _read_ends(name: str, text: str, nominal: float) -> tuple[float, float]:
     """Both ends of one number as they are written."""
-    if match := PLUS_MINUS.fullmatch(text):
+    if match := PLUS_MINUS_PATTERN.fullmatch(text):
         share = float(match[1]) / PERCENT
         return nominal * (1 - share), nominal * (1 + share)
-    if match := SHARE_RANGE.fullmatch(text):
+    if match := PERCENT_RANGE_PATTERN.fullmatch(text):
         return nominal * float(match[1]) / PERCENT, nominal * float(match[2]) / PERCENT
-    if match := NUMBER_RANGE.fullmatch(text):
+    if match := NUMBER_RANGE_PATTERN.fullmatch(text):
         return float(match[1]), float(match[2])
     raise TuningError(f"vary: {name}={text!r} does not say how far it varies; {SPREAD_FORMS}")
 
@@ -457,7 +457,7 @@ def _refuse_spread(name: str, why: str) -> NoReturn:
     raise TuningError(f"vary: {name} {why}")
 
 
-def plants_of(process: Process, spreads: Sequence[Spread], samples: int = SAMPLES) -> list[Process]:
+def plants_of(process: Process, spreads: Sequence[Spread], samples: int = DEFAULT_SAMPLES) -> list[Process]:
     """The process, then all combinations of ends, then samples; each once."""
     rows = list(product(*((spread.low, spread.high) for spread in spreads)))
     draw = random.Random(SEED)  # noqa: S311 - the same plants each time are what is wanted
@@ -485,7 +485,7 @@ D706 = Decision(
 
 FITTED_RATIO = (0.1, 1.0)
 """Of dead time over time constant: the range for which most rules were fitted."""
-LAST_DIGITS = 1e-9
+ROUNDING_TOLERANCE = 1e-9
 
 
 @frozen
@@ -496,25 +496,25 @@ class Method:
     title: str
     basis: Basis
     forms: tuple[Form, ...]
-    of_process: Callable[[Form, Process], Gains] | None = None
-    of_ultimate: Callable[[Form, Cycle], Gains] | None = None
+    process_rule: Callable[[Form, Process], Gains] | None = None
+    cycle_rule: Callable[[Form, Cycle], Gains] | None = None
     needs: tuple[str, ...] = ()
     """Numbers of the process that must be above 0."""
     models: tuple[Model, ...] = ("first-order",)
     """Processes with a formula; two lags without one become one by the half rule."""
     ratio: tuple[float, float] = (0.0, inf)
     """Dead time over time constant, between which the rule holds."""
-    aims: bool = False
+    has_aim: bool = False
     """Whether it makes the closed loop as fast as is asked for."""
-    searches: bool = False
+    is_search: bool = False
     """Whether it is no formula: it tries gains on plants (`pidcfg.tuning.robust`)."""
 
     def gains(self, form: Form, process: Process, cycle: Cycle) -> Gains:
         """The result, from whichever of the two the rule is for; raises `ValueError` beyond the rule's own range."""
-        if self.of_process is not None:
-            return self.of_process(form, self.reduce_process(form, process))
-        if self.of_ultimate is not None:
-            return self.of_ultimate(form, cycle)
+        if self.process_rule is not None:
+            return self.process_rule(form, self.reduce_process(form, process))
+        if self.cycle_rule is not None:
+            return self.cycle_rule(form, cycle)
         raise ValueError(f"{self.name} is made of nothing")
 
     def reduce_process(self, form: Form, process: Process) -> Process:
@@ -530,24 +530,24 @@ class Method:
     def range_of_validity(self, form: Form, process: Process) -> tuple[bool, str]:
         """Whether a process is one that the rule was made for, and the range in words."""
         reduced = self.reduce_process(form, process)
-        if self.searches:
+        if self.is_search:
             return True, "for the plants that were tried, in this loop; nothing is said of others"
-        if process.integrating or self.of_process is None:
+        if process.integrating or self.process_rule is None:
             return True, "it has no limits"
         low, high = self.ratio
         ratio = reduced.delay / reduced.time_constant
-        if self.aims and reduced.closed_loop:
-            fast = reduced.closed_loop < reduced.delay * (1 - LAST_DIGITS)
+        if self.has_aim and reduced.closed_loop:
+            fast = reduced.closed_loop < reduced.delay * (1 - ROUNDING_TOLERANCE)
             text = f"for a closed loop of {reduced.delay:.4g} s (the dead time) or slower"
             return not fast, f"{text}; it is to have {reduced.closed_loop:.4g} s"
         if (low, high) == (0.0, inf):
             return True, "for every dead time / time constant"
-        holds = low * (1 - LAST_DIGITS) <= ratio <= high * (1 + LAST_DIGITS)
+        holds = low * (1 - ROUNDING_TOLERANCE) <= ratio <= high * (1 + ROUNDING_TOLERANCE)
         return holds, f"for dead time / time constant of {low:g} to {high:g}; it is {ratio:.3g}"
 
     def __reduce__(self) -> tuple[Callable[[str], Method], tuple[str]]:
         """A copy, be it in another process, is the method itself."""
-        return method_named, (self.name,)
+        return find_method, (self.name,)
 
 
 PROCESS_NUMBERS = ("gain", "time_constant", "dead_time")
@@ -575,27 +575,27 @@ def _rule_with_aim(
     name: str, title: str, basis: Basis, rule: Callable[[Form, Process], Gains], models: tuple[Model, ...]
 ) -> Method:
     """A rule that makes the closed loop as fast as is asked for."""
-    return Method(name, title, basis, PI_PID, rule, needs=DELAY_NUMBERS, models=models, aims=True)
+    return Method(name, title, basis, PI_PID, rule, needs=DELAY_NUMBERS, models=models, has_aim=True)
 
 
 def _rule_of_cycle(name: str, title: str, basis: Basis, table: dict[Form, Row]) -> Method:
     """A rule of multiples of the ultimate cycle."""
-    return Method(name, title, basis, ALL_FORMS, of_ultimate=rule_of_cycle(table))
+    return Method(name, title, basis, ALL_FORMS, cycle_rule=rule_of_cycle(table))
 
 
-after_disturbances, after_steps = least_error_after_disturbances, least_error_after_setpoint_steps
-CHIEN, CHR_RANGE = "Chien, Hrones and Reswick, ", (0.11, 1.0)
+load_rule, step_rule = least_error_after_disturbances, least_error_after_setpoint_steps
+CHR_TITLE, CHR_RANGE = "Chien, Hrones and Reswick, ", (0.11, 1.0)
 # fmt: off
 METHOD_ROWS = (
     Method("synthesis", "a closed-loop time constant that you choose", NEXTOPID.cite("Synthesis Method"), PI_PID,
-           synthesis, needs=("gain", "time_constant", "closed_loop"), aims=True),
+           synthesis, needs=("gain", "time_constant", "closed_loop"), has_aim=True),
     _fitted_rule("iae-disturbance", "least absolute error after disturbances", IAE, ALL_FORMS,
-                 after_disturbances(DISTURBANCE)),
-    _fitted_rule("iae-setpoint", "least absolute error after set-point changes", D92, PI_PID, after_steps(SETPOINT)),
+                 load_rule(IAE_DISTURBANCE)),
+    _fitted_rule("iae-setpoint", "least absolute error after set-point changes", D92, PI_PID, step_rule(IAE_SETPOINT)),
     _fitted_rule("itae-disturbance", "least absolute error times time after disturbances", D705, ALL_FORMS,
-                 after_disturbances(ITAE_DISTURBANCE)),
+                 load_rule(ITAE_DISTURBANCE)),
     _fitted_rule("itae-setpoint", "least absolute error times time after set-point changes", D705, PI_PID,
-                 after_steps(ITAE_SETPOINT)),
+                 step_rule(ITAE_SETPOINT)),
     _rule_with_aim("simc", "Skogestad's SIMC", D700, simc, ANY_MODEL),
     _rule_with_aim("simc-improved", "Skogestad's SIMC, improved for dead time", D700, simc_improved,
                    ANY_LAG),
@@ -603,7 +603,7 @@ METHOD_ROWS = (
     Method("amigo", "Åström and Hägglund's AMIGO", D702, PI_PID, amigo, None, DELAY_NUMBERS, ANY_LAG),
     _fitted_rule("cohen-coon", "Cohen and Coon", D703, ALL_FORMS, cohen_coon),
     *(
-        _fitted_rule(name, CHIEN + aim, D704, ALL_FORMS, chien_hrones_reswick(name), CHR_RANGE)
+        _fitted_rule(name, CHR_TITLE + aim, D704, ALL_FORMS, chien_hrones_reswick(name), CHR_RANGE)
         for name, aim in (
             ("chr", "set points without overshoot"),
             ("chr-20", "set points with 20 % overshoot"),
@@ -614,7 +614,7 @@ METHOD_ROWS = (
     Method("zn-open", "Ziegler-Nichols, reaction curve", D90, ALL_FORMS, reaction_curve, needs=PROCESS_NUMBERS,
            models=ANY_LAG, ratio=FITTED_RATIO),
     Method("robust", "least error after a load with Ms below a limit on every plant", D852, PI_PID, needs=DELAY_NUMBERS,
-           models=ANY_MODEL, searches=True),
+           models=ANY_MODEL, is_search=True),
     _rule_of_cycle("zn-closed", "Ziegler-Nichols, ultimate cycle", D91, ZIEGLER_NICHOLS_CLOSED),
     _rule_of_cycle("tyreus-luyben", "Tyreus-Luyben, ultimate cycle", D93, TYREUS_LUYBEN),
     _rule_of_cycle("nextopid-autotune", "what NextoPID's auto-tune makes of its relay test", D93, NEXTOPID_CLOSED),
@@ -625,6 +625,6 @@ METHODS = {method.name: method for method in METHOD_ROWS}
 """By name, in the order in which they are listed."""
 
 
-def method_named(name: str) -> Method:
+def find_method(name: str) -> Method:
     """The method with this name; raises `KeyError`."""
     return METHODS[name]

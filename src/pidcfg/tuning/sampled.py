@@ -51,10 +51,10 @@ D937 = Decision(
 )
 
 SAMPLES_PER_DEAD_TIME, SAMPLES_PER_TIME_CONSTANT, SHORTEST_SAMPLE_TIME, LONGEST_SAMPLE_TIME = 10, 100, 0.1, 20.0
-LEAST_SPACING = 1e-6
+MIN_LAG_SPACING = 1e-6
 """Two time constants nearer than this are set apart by as much: their modes would cancel."""
-LAST_DIGITS = 1e-9
-DECADES_BELOW, PER_DECADE, PER_RADIAN = 3, 60, 8
+ROUNDING_TOLERANCE = 1e-9
+DECADES_BELOW, POINTS_PER_DECADE, POINTS_PER_RADIAN = 3, 60, 8
 """Of the frequencies that are looked at: below the slowest time, of each decade, and of each radian of delay."""
 Mode = tuple[float, float, float]
 """x(n+1) = a x(n) + b u(n-d) + c u(n-d-1)."""
@@ -86,7 +86,7 @@ class HeldProcess:
     delay: int
     """Whole samples."""
     sample_time: float
-    slowest: float
+    total_time: float
     """Sum of the process's times, in s."""
     dead_time: float
 
@@ -103,7 +103,7 @@ class HeldProcess:
 def hold_process(process: Process, sample_time: float) -> HeldProcess:
     """A process behind an output that is held; its gain counts without a sign."""
     samples = process.dead_time / sample_time
-    delay = floor(samples + LAST_DIGITS)
+    delay = floor(samples + ROUNDING_TOLERANCE)
     late = max(0.0, (samples - delay) * sample_time)
     slowest = process.time_constant + process.second_time_constant + process.dead_time + sample_time
     modes = [_mode_of_lag(gain, lag, sample_time, late) for gain, lag in _lags_of(process)]
@@ -120,18 +120,18 @@ def _lags_of(process: Process) -> list[tuple[float, float]]:
     first = process.time_constant
     if not second:
         return [(gain, first)]
-    if isclose(first, second, rel_tol=LEAST_SPACING):
-        second = first * (1 + LEAST_SPACING)
+    if isclose(first, second, rel_tol=MIN_LAG_SPACING):
+        second = first * (1 + MIN_LAG_SPACING)
     return [(gain * first / (first - second), first), (-gain * second / (first - second), second)]
 
 
-def _mode_of_lag(gain: float, lag: float, sample_time: float, late: float) -> Mode:
-    """A lag over one sample, in which the output of the sample before still acts for ``late`` s."""
-    rest = sample_time - late
+def _mode_of_lag(gain: float, lag: float, sample_time: float, late_time: float) -> Mode:
+    """A lag over one sample, in which the output of the sample before still acts for ``late_time`` s."""
+    rest = sample_time - late_time
     if lag == inf:
-        return 1.0, gain * rest, gain * late
+        return 1.0, gain * rest, gain * late_time
     fresh = -expm1(-rest / lag)
-    return exp(-sample_time / lag), gain * fresh, gain * exp(-rest / lag) * -expm1(-late / lag)
+    return exp(-sample_time / lag), gain * fresh, gain * exp(-rest / lag) * -expm1(-late_time / lag)
 
 
 @frozen
@@ -172,11 +172,11 @@ def frequencies(plant: HeldProcess) -> tuple[list[float], list[float]]:
 
     In the second list every phase comes by, so that only |L| counts.
     """
-    top = pi / plant.sample_time * (1 - LAST_DIGITS)
-    ratio = 10 ** (1 / PER_DECADE)
-    step = 1 / PER_RADIAN / (plant.dead_time + plant.sample_time)
+    top = pi / plant.sample_time * (1 - ROUNDING_TOLERANCE)
+    ratio = 10 ** (1 / POINTS_PER_DECADE)
+    step = 1 / POINTS_PER_RADIAN / (plant.dead_time + plant.sample_time)
     followed = min(top, FOLLOWED_RADIANS / plant.dead_time if plant.dead_time else top)
-    w = 10**-DECADES_BELOW / plant.slowest
+    w = 10**-DECADES_BELOW / plant.total_time
     near, beyond = [], []
     while w < followed:
         near.append(w)
@@ -215,47 +215,47 @@ def default_sample_time(process: Process) -> float:
 
 # --- What a sampled loop does after a step of 1 that is added to its output: the integral of the absolute error -------
 
-MOST_SAMPLES = 200_000
+MAX_SAMPLES = 200_000
 """A loop that is not at rest by then counts as unstable."""
-AT_REST = 1e-6
+REST_SHARE = 1e-6
 """Of the highest error: what is left of it when the rest of the integral is known."""
-DIVERGED = 1e3
+DIVERGENCE_FACTOR = 1e3
 """Times the highest error of the beginning: the loop is unstable."""
-SAMPLES_A_LOOK = 32
+BLOCK_SAMPLES = 32
 """Samples between two looks at what the integral will be at least."""
 
 
-def absolute_error(gains: Gains, plant: HeldProcess, sampling: Sampling, most: float = inf) -> float:
-    """The integral in PV units and s, infinite for an unstable loop, and where it is at least ``most``.
+def absolute_error(gains: Gains, plant: HeldProcess, sampling: Sampling, max_error: float = inf) -> float:
+    """The integral in PV units and s, infinite for an unstable loop, and where it is at least ``max_error``.
 
     The integral of the error itself is Ti/Kp whatever the process is, for the integral term ends at -1. So what is
     still to come is known but for its changes of sign, and Ti/Kp is a lower bound from the start.
     """
-    whole, limit = gains.integral_time / (gains.gain * sampling.sample_time), most / sampling.sample_time
-    block = end = SAMPLES_A_LOOK * ceil(max(SAMPLES_A_LOOK, 2 * (plant.delay + 1)) / SAMPLES_A_LOOK)
-    total = signed = highest = first = now = 0.0
+    final_sum, limit = gains.integral_time / (gains.gain * sampling.sample_time), max_error / sampling.sample_time
+    block = end = BLOCK_SAMPLES * ceil(max(BLOCK_SAMPLES, 2 * (plant.delay + 1)) / BLOCK_SAMPLES)
+    total = signed = peak = first_peak = block_peak = 0.0
     for n, errors in enumerate(_sampled_errors(gains, plant, sampling), 1):
         low, high, part = min(errors), max(errors), sum(errors)
         signed += part
         total += part if low >= 0 else -part if high <= 0 else sum(map(abs, errors))
-        least = total + abs(whole - signed)
-        if not least < limit:
+        lower_bound = total + abs(final_sum - signed)
+        if not lower_bound < limit:
             return inf
-        now = max(now, high, -low)
-        if n * SAMPLES_A_LOOK < end:
+        block_peak = max(block_peak, high, -low)
+        if n * BLOCK_SAMPLES < end:
             continue
-        if now > highest:
-            highest, first = now, first or now
-            if highest > DIVERGED * first:
+        if block_peak > peak:
+            peak, first_peak = block_peak, first_peak or block_peak
+            if peak > DIVERGENCE_FACTOR * first_peak:
                 return inf
-        elif now <= AT_REST * highest:
-            return least * sampling.sample_time
-        now, end = 0.0, end + block
+        elif block_peak <= REST_SHARE * peak:
+            return lower_bound * sampling.sample_time
+        block_peak, end = 0.0, end + block
     return inf
 
 
 def _sampled_errors(gains: Gains, plant: HeldProcess, sampling: Sampling) -> Iterator[list[float]]:
-    """The PV at the samples after the step, `SAMPLES_A_LOOK` of them at a time."""
+    """The PV at the samples after the step, `BLOCK_SAMPLES` of them at a time."""
     has_one_part = plant.modes[1] == NO_MODE and sampling.pv_share == 1 and not gains.derivative_time
     return _errors_of_one_lag(gains, plant, sampling) if has_one_part else _errors_of_all_parts(gains, plant, sampling)
 
@@ -266,9 +266,9 @@ def _errors_of_one_lag(gains: Gains, plant: HeldProcess, sampling: Sampling) -> 
     kp, ki = gains.gain, gains.gain * sampling.sample_time / gains.integral_time
     outputs = [0.0] * (plant.delay + 1)
     pv = signed = old = 0.0
-    for begin in range(1, MOST_SAMPLES + 1, SAMPLES_A_LOOK):
+    for begin in range(1, MAX_SAMPLES + 1, BLOCK_SAMPLES):
         errors = []
-        for n in range(begin, begin + SAMPLES_A_LOOK):
+        for n in range(begin, begin + BLOCK_SAMPLES):
             errors.append(pv)
             signed += pv
             outputs.append(1.0 - kp * pv - ki * signed)
@@ -286,9 +286,9 @@ def _errors_of_all_parts(gains: Gains, plant: HeldProcess, sampling: Sampling) -
     kd = gains.gain * gains.derivative_time / sampling.sample_time
     outputs = [0.0] * (plant.delay + 1)
     first = second = pv = slow = integral = old = 0.0
-    for begin in range(1, MOST_SAMPLES + 1, SAMPLES_A_LOOK):
+    for begin in range(1, MAX_SAMPLES + 1, BLOCK_SAMPLES):
         errors = []
-        for n in range(begin, begin + SAMPLES_A_LOOK):
+        for n in range(begin, begin + BLOCK_SAMPLES):
             y = first + second
             errors.append(y)
             pv += (y - pv) * share

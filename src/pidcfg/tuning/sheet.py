@@ -21,12 +21,12 @@ from pidcfg.tuning.rules import TuningError
 # The standard library reads ISO; what it does not read is little and closed, so no library is needed for it.
 
 MONTHS = ("jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec")
-CLOCK = re.compile(r"([0-9]{1,3}):([0-9]{2})(?::([0-9]{2}))?(?:[.,]([0-9]{1,9}))?\s*(?:([AaPp])\.?[Mm]\.?)?")
-YEAR_FIRST = re.compile(r"([0-9]{4})([-/.])([0-9]{1,2})\2([0-9]{1,2})")
-YEAR_LAST = re.compile(r"([0-9]{1,2})([-/.])([0-9]{1,2})\2([0-9]{4}|[0-9]{2})")
-NAMED_MONTH = re.compile(r"([0-9]{1,2})[-/ .]+([A-Za-z]{3})[a-z]*[-/ .,]+([0-9]{4}|[0-9]{2})")
-MONTH_FIRST = re.compile(r"([A-Za-z]{3})[a-z]*\.? ([0-9]{1,2}),? ([0-9]{4})")
-DAY, HALF_DAY = 86_400.0, 43_200.0
+CLOCK_PATTERN = re.compile(r"([0-9]{1,3}):([0-9]{2})(?::([0-9]{2}))?(?:[.,]([0-9]{1,9}))?\s*(?:([AaPp])\.?[Mm]\.?)?")
+YEAR_FIRST_PATTERN = re.compile(r"([0-9]{4})([-/.])([0-9]{1,2})\2([0-9]{1,2})")
+YEAR_LAST_PATTERN = re.compile(r"([0-9]{1,2})([-/.])([0-9]{1,2})\2([0-9]{4}|[0-9]{2})")
+NAMED_MONTH_PATTERN = re.compile(r"([0-9]{1,2})[-/ .]+([A-Za-z]{3})[a-z]*[-/ .,]+([0-9]{4}|[0-9]{2})")
+MONTH_FIRST_PATTERN = re.compile(r"([A-Za-z]{3})[a-z]*\.? ([0-9]{1,2}),? ([0-9]{4})")
+DAY_SECONDS, HALF_DAY_SECONDS = 86_400.0, 43_200.0
 CENTURY = 2000
 """What a year of two digits counts from."""
 
@@ -49,10 +49,10 @@ class Stamp:
     sign: str = ""
     """What stands between the numbers of the date; ``-`` also where the order is known: month, day."""
     clock: float = 0.0
-    minutes: bool = False
+    is_short_clock: bool = False
     """The clock has two numbers only, which may be hours and minutes, or minutes and seconds."""
     hours: int = 0
-    aware: bool = False
+    has_offset: bool = False
 
 
 def looks_like_stamp(text: str) -> bool:
@@ -63,7 +63,7 @@ def looks_like_stamp(text: str) -> bool:
 def read_stamp(text: str) -> Stamp | None:
     """A time, a date, or both; None for anything else."""
     text = text.strip()
-    if CLOCK.fullmatch(text):
+    if CLOCK_PATTERN.fullmatch(text):
         return _read_clock(text)
     day, _, rest = _split_stamp(text)
     if not day:
@@ -76,12 +76,12 @@ def read_stamp(text: str) -> Stamp | None:
     clock = _read_clock(rest)
     if clock is None:
         return _read_iso(text)
-    return Stamp(stamp.year, stamp.first, stamp.second, stamp.sign, clock.clock, clock.minutes, clock.hours)
+    return Stamp(stamp.year, stamp.first, stamp.second, stamp.sign, clock.clock, clock.is_short_clock, clock.hours)
 
 
 def _split_stamp(text: str) -> tuple[str, str, str]:
     """Date and clock of a text."""
-    for pattern in (YEAR_FIRST, YEAR_LAST, NAMED_MONTH, MONTH_FIRST):
+    for pattern in (YEAR_FIRST_PATTERN, YEAR_LAST_PATTERN, NAMED_MONTH_PATTERN, MONTH_FIRST_PATTERN):
         match = pattern.match(text)
         if match:
             rest = text[match.end() :]
@@ -90,13 +90,13 @@ def _split_stamp(text: str) -> tuple[str, str, str]:
 
 
 def _read_date(text: str) -> Stamp | None:
-    if match := YEAR_FIRST.fullmatch(text):
+    if match := YEAR_FIRST_PATTERN.fullmatch(text):
         return _stamp_of(int(match[1]), int(match[3]), int(match[4]))
-    if match := YEAR_LAST.fullmatch(text):
+    if match := YEAR_LAST_PATTERN.fullmatch(text):
         return Stamp(_read_year(match[4]), int(match[1]), int(match[3]), "." if match[2] == "." else "/")
-    if match := NAMED_MONTH.fullmatch(text):
+    if match := NAMED_MONTH_PATTERN.fullmatch(text):
         month, day, year = match[2], match[1], match[3]
-    elif match := MONTH_FIRST.fullmatch(text):
+    elif match := MONTH_FIRST_PATTERN.fullmatch(text):
         month, day, year = match[1], match[2], match[3]
     else:
         return None
@@ -117,7 +117,7 @@ def _stamp_of(year: int, month: int, day: int) -> Stamp | None:
 
 
 def _read_clock(text: str) -> Stamp | None:
-    match = CLOCK.fullmatch(text)
+    match = CLOCK_PATTERN.fullmatch(text)
     if match is None:
         return None
     first, second, third, fraction, half = match.groups()
@@ -132,7 +132,7 @@ def _read_clock(text: str) -> Stamp | None:
     if int(second) > 59 or int(third or 0) > 60:
         return None
     seconds = hours * 3600 + int(second) * 60 + int(third or 0) + part
-    return Stamp(clock=seconds, minutes=third is None and not half, hours=hours)
+    return Stamp(clock=seconds, is_short_clock=third is None and not half, hours=hours)
 
 
 def _read_iso(text: str) -> Stamp | None:
@@ -146,7 +146,7 @@ def _read_iso(text: str) -> Stamp | None:
     if moment.tzinfo is not None:
         moment = moment.astimezone(UTC)
     clock = moment.hour * 3600 + moment.minute * 60 + moment.second + moment.microsecond / 1e6
-    return Stamp(moment.year, moment.month, moment.day, "-", clock, aware=moment.tzinfo is not None)
+    return Stamp(moment.year, moment.month, moment.day, "-", clock, has_offset=moment.tzinfo is not None)
 
 
 def seconds_of(texts: Sequence[str], *, minutes_first: bool = False) -> tuple[list[float], list[str]]:
@@ -160,32 +160,32 @@ def seconds_of(texts: Sequence[str], *, minutes_first: bool = False) -> tuple[li
         stamp = read_stamp(text)
         if stamp is None:
             raise StampError(f"{text[:40]!r} is not a time", i)
-        if stamps and ((stamp.year is None) != (stamps[0].year is None) or stamp.aware != stamps[0].aware):
+        if stamps and ((stamp.year is None) != (stamps[0].year is None) or stamp.has_offset != stamps[0].has_offset):
             raise StampError(f"{text[:40]!r} is written otherwise than {texts[0][:40]!r}", i)
         stamps.append(stamp)
     clocks = [stamp.clock for stamp in stamps]
-    if any(stamp.minutes for stamp in stamps):
+    if any(stamp.is_short_clock for stamp in stamps):
         if minutes_first or max(stamp.hours for stamp in stamps) > 24:
-            clocks = [c / 60 if s.minutes else c for c, s in zip(clocks, stamps, strict=True)]
+            clocks = [c / 60 if s.is_short_clock else c for c, s in zip(clocks, stamps, strict=True)]
             remarks.append("times are read as minutes:seconds")
         else:
             remarks.append("times are read as hours:minutes")
     if stamps[0].year is None:
-        return _over_midnight(clocks, remarks), remarks
+        return _unwrap_midnight(clocks, remarks), remarks
     days = _count_days(stamps, remarks)
-    return [day * DAY + clock for day, clock in zip(days, clocks, strict=True)], remarks
+    return [day * DAY_SECONDS + clock for day, clock in zip(days, clocks, strict=True)], remarks
 
 
-def _over_midnight(clocks: Sequence[float], remarks: list[str]) -> list[float]:
+def _unwrap_midnight(clocks: Sequence[float], remarks: list[str]) -> list[float]:
     """Clock times that go on over midnight, forwards or backwards."""
     steps = [b - a for a, b in pairwise(clocks)]
     backwards = sum(d < 0 for d in steps) > sum(d > 0 for d in steps)
     shift, out = 0.0, list(clocks[:1])
     for clock, step in zip(clocks[1:], steps, strict=True):
-        if not backwards and step < -HALF_DAY:
-            shift += DAY
-        elif backwards and step > HALF_DAY:
-            shift -= DAY
+        if not backwards and step < -HALF_DAY_SECONDS:
+            shift += DAY_SECONDS
+        elif backwards and step > HALF_DAY_SECONDS:
+            shift -= DAY_SECONDS
         out.append(clock + shift)
     if shift:
         remarks.append("the times go on over midnight")
@@ -228,26 +228,26 @@ def _day_number(stamp: Stamp, *, day_first: bool) -> int:
 #
 # Nothing is guessed that could be read two ways: such a file is refused with the place and what to do.
 
-NUMBER = re.compile(r"[+-]?([0-9]+([.,][0-9]*)?|[.,][0-9]+)([eE][+-]?[0-9]{1,3})?")
-POINT, COMMA = re.compile(r"[+-]?[0-9]*\.[0-9]*([eE].*)?"), re.compile(r"[+-]?[0-9]*,[0-9]*([eE].*)?")
-THOUSANDS = {
+NUMBER_PATTERN = re.compile(r"[+-]?([0-9]+([.,][0-9]*)?|[.,][0-9]+)([eE][+-]?[0-9]{1,3})?")
+POINT_PATTERN, COMMA_PATTERN = re.compile(r"[+-]?[0-9]*\.[0-9]*([eE].*)?"), re.compile(r"[+-]?[0-9]*,[0-9]*([eE].*)?")
+THOUSANDS_PATTERNS = {
     False: re.compile(r"[+-]?[0-9]{1,3}(,[0-9]{3})+\.[0-9]+"),
     True: re.compile(r"[+-]?[0-9]{1,3}(\.[0-9]{3})+,[0-9]+"),
 }
 """Numbers with both signs, by whether the comma is the decimal one."""
-WITH_UNIT = re.compile(r"([+-]?[0-9.,]+(?:[eE][+-]?[0-9]{1,3})?)\s*(%|°?[A-Za-z][A-Za-z°/²³]{0,7})")
-UNIT_IN_NAME = re.compile(r"(.*?)[\s_]*[\[(<]\s*([^\])>]*?)\s*[\])>]\s*")
+NUMBER_AND_UNIT = re.compile(r"([+-]?[0-9.,]+(?:[eE][+-]?[0-9]{1,3})?)\s*(%|°?[A-Za-z][A-Za-z°/²³]{0,7})")
+UNIT_IN_NAME_PATTERN = re.compile(r"(.*?)[\s_]*[\[(<]\s*([^\])>]*?)\s*[\])>]\s*")
 UNITS = frozenset(
     {"s", "sec", "ms", "min", "h", "%", "°c", "°f", "c", "f", "degc", "degf", "k", "bar", "mbar", "pa", "psi"}
 )
 MORE_UNITS = frozenset(
     {"kpa", "mpa", "l/min", "l/h", "m3/h", "m³/h", "kg/h", "gpm", "mm", "cm", "m", "v", "ma", "rpm", "hz"}
 )
-MISSING = frozenset(
+MISSING_WORDS = frozenset(
     {"", "nan", "null", "none", "n/a", "na", "#n/a", "#num!", "#value!", "-", "--", "---", "bad", "no data"}
 )
 """What a logger writes where it has no value."""
-LEAST_COLUMNS = 2
+MIN_COLUMNS = 2
 
 
 @frozen
@@ -283,7 +283,7 @@ class Sheet:
     def number(self, row: Row, column: int) -> float | None:
         """A cell as a number, None where the logger had none; raises `TuningError` with its place."""
         text = row.cells[column]
-        if text.lower() in MISSING:
+        if text.lower() in MISSING_WORDS:
             return None
         value = number_of(text, comma=self.comma)
         if value is None:
@@ -296,11 +296,11 @@ class Sheet:
 
 def number_of(text: str, *, comma: bool) -> float | None:
     """A finite number with its decimal sign; a unit may stand behind it."""
-    match = WITH_UNIT.fullmatch(text)
+    match = NUMBER_AND_UNIT.fullmatch(text)
     bare = match[1] if match else text
-    grouped = THOUSANDS[comma].fullmatch(bare)
+    grouped = THOUSANDS_PATTERNS[comma].fullmatch(bare)
     bare = bare.replace("." if comma else ",", "") if grouped else bare
-    if not NUMBER.fullmatch(bare) or (not comma and "," in bare) or (comma and "." in bare):
+    if not NUMBER_PATTERN.fullmatch(bare) or (not comma and "," in bare) or (comma and "." in bare):
         return None
     value = float(bare.replace(",", "."))
     return value if isfinite(value) else None
@@ -343,7 +343,7 @@ def _find_separator(lines: Sequence[str]) -> str | None:
         if sum(sign in line for line in lines) * 2 > len(lines):
             return sign
     blanks = [line.split() for line in lines]
-    if sum(len(cells) > LEAST_COLUMNS and all(map(NUMBER.fullmatch, cells)) for cells in blanks) * 2 > len(lines):
+    if sum(len(cells) > MIN_COLUMNS and all(map(NUMBER_PATTERN.fullmatch, cells)) for cells in blanks) * 2 > len(lines):
         return None
     return "," if sum("," in line for line in lines) * 2 > len(lines) else None
 
@@ -360,11 +360,11 @@ def _split_cells(line: str, separator: str | None, place: str) -> tuple[str, ...
 
 
 def _is_value(cell: str) -> bool:
-    return bool(NUMBER.fullmatch(cell) or WITH_UNIT.fullmatch(cell) or looks_like_stamp(cell))
+    return bool(NUMBER_PATTERN.fullmatch(cell) or NUMBER_AND_UNIT.fullmatch(cell) or looks_like_stamp(cell))
 
 
 def _holds_values(cells: Iterable[str]) -> bool:
-    return sum(map(_is_value, cells)) >= LEAST_COLUMNS
+    return sum(map(_is_value, cells)) >= MIN_COLUMNS
 
 
 def _table_width(rows: Sequence[Row]) -> int:
@@ -377,15 +377,15 @@ def _table_width(rows: Sequence[Row]) -> int:
     return width
 
 
-def _read_header(above: Sequence[Row], width: int) -> tuple[tuple[str, ...], tuple[str, ...]]:
+def _read_header(head_rows: Sequence[Row], width: int) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Names and units of the columns, from the last row above the values, and a row of units below it."""
-    rows = [row.cells for row in above if len(row.cells) >= width or sum(map(bool, row.cells)) >= LEAST_COLUMNS]
+    rows = [row.cells for row in head_rows if len(row.cells) >= width or sum(map(bool, row.cells)) >= MIN_COLUMNS]
     units = [""] * width
     if len(rows) > 1 and all(_is_unit(cell) for cell in rows[-1]):
         units = [cell.strip("[]()") for cell in _fill_cells(rows.pop(), width)]
     names = _fill_cells(rows[-1], width) if rows else [""] * width
     for i, name in enumerate(names):
-        match = UNIT_IN_NAME.fullmatch(name)
+        match = UNIT_IN_NAME_PATTERN.fullmatch(name)
         if match:
             names[i], units[i] = match[1] or name, units[i] or match[2]
     return tuple(names), tuple(units)
@@ -424,11 +424,11 @@ def _decimal_comma(rows: Sequence[Row], name: str) -> bool:
     places: dict[bool, tuple[int, int, str]] = {}
     for row in rows:
         for column, cell in enumerate(row.cells):
-            match = WITH_UNIT.fullmatch(cell)
+            match = NUMBER_AND_UNIT.fullmatch(cell)
             bare = match[1] if match else cell
             for comma in (False, True):
-                plain = (COMMA if comma else POINT).fullmatch(bare) and NUMBER.fullmatch(bare)
-                if plain or THOUSANDS[comma].fullmatch(bare):
+                plain = (COMMA_PATTERN if comma else POINT_PATTERN).fullmatch(bare) and NUMBER_PATTERN.fullmatch(bare)
+                if plain or THOUSANDS_PATTERNS[comma].fullmatch(bare):
                     places.setdefault(comma, (row.line, column + 1, cell))
     if len(places) > 1:
         (line, column, cell), (_, _, other) = places[True], places[False]
@@ -467,15 +467,15 @@ COLUMN_WORDS = {
 """Words that name a column, in small letters."""
 OTHER_WORDS = words_of("sp sv setpoint sollwert soll w target set consigne mode status quality qualität error err dev")
 """Words of columns that are none of the three."""
-TOKEN = re.compile(r"[a-zäöüßéè]+|[A-ZÄÖÜ]+(?![a-zäöüß])|[A-ZÄÖÜ][a-zäöüßéè]+")
-STATED_COLUMNS = re.compile(r"(?:^|,)\s*(time|output|pv)\s*=", re.IGNORECASE)
-JUDGED_ROWS = 2000
+WORD = re.compile(r"[a-zäöüßéè]+|[A-ZÄÖÜ]+(?![a-zäöüß])|[A-ZÄÖÜ][a-zäöüßéè]+")
+COLUMN_OPTION_PATTERN = re.compile(r"(?:^|,)\s*(time|output|pv)\s*=", re.IGNORECASE)
+MAX_JUDGED_ROWS = 2000
 """Rows by which a column is judged."""
-MOST_OTHERS = 9
+MIN_NUMBER_RATIO = 9
 """How many numbers a column must have for each cell that is none; that cell is refused with its place."""
-HELD_SHARE = 0.5
+MIN_HELD_SHARE = 0.5
 """Share of samples at which an output does not change."""
-MOST_MOVES, BEGINS_SHARE = 20, 0.5
+MAX_MOVES, MOVE_SHARE = 20, 0.5
 """How often an output of a test changes at most, and the part of its range by which a PV has surely moved."""
 
 
@@ -505,30 +505,30 @@ class Columns:
         return f"columns ({self.basis}): time {time}, output {sheet.title(self.output)}, PV {sheet.title(self.pv)}"
 
 
-def stated_columns(text: str) -> dict[str, str]:
+def read_column_options(text: str) -> dict[str, str]:
     """What ``time=…,output=…,pv=…`` says; raises `TuningError`."""
-    marks = list(STATED_COLUMNS.finditer(text))
+    marks = list(COLUMN_OPTION_PATTERN.finditer(text))
     if not marks or text[: marks[0].start()].strip():
         raise TuningError(f"columns {text[:60]!r}; write time=…,output=…,pv=… with names or numbers, time=1+2 for two")
-    stated = {}
+    options = {}
     for mark, after in zip(marks, [*(m.start() for m in marks[1:]), len(text)], strict=True):
         key, value = mark[1].lower(), text[mark.end() : after].strip()
-        if key in stated or not value:
-            raise TuningError(f"columns {text[:60]!r}: {key} is given {'twice' if key in stated else 'no column'}")
-        stated[key] = value
-    return stated
+        if key in options or not value:
+            raise TuningError(f"columns {text[:60]!r}: {key} is given {'twice' if key in options else 'no column'}")
+        options[key] = value
+    return options
 
 
-def find_columns(sheet: Sheet, stated: Mapping[str, str]) -> Columns:
+def find_columns(sheet: Sheet, options: Mapping[str, str]) -> Columns:
     """The three columns; raises `TuningError` with the columns that there are where one cannot be told."""
-    named = {role: _stated_columns(sheet, role, stated[role]) for role in ROLES if role in stated}
-    used = {column for columns in named.values() for column in columns}
+    named = {role: _column_option(sheet, role, options[role]) for role in ROLES if role in options}
+    used_columns = {column for columns in named.values() for column in columns}
     ways = ["as given"] if named else []
-    by_name = {role: _columns_by_name(sheet, role, used) for role in ROLES if role not in named}
+    by_name = {role: _columns_by_name(sheet, role, used_columns) for role in ROLES if role not in named}
     for role, columns in by_name.items():
         if columns and (role == "time" or len(columns) == 1):
             named[role] = columns if role != "time" else _time_columns(sheet, columns)
-            used.update(named[role])
+            used_columns.update(named[role])
     if any(role in by_name for role in named):
         ways.append("by their names")
     missing = [role for role in ROLES if role not in named]
@@ -536,11 +536,11 @@ def find_columns(sheet: Sheet, stated: Mapping[str, str]) -> Columns:
         ambiguous = next((role for role in missing if len(by_name[role]) > 1), None)
         if ambiguous:
             raise _ambiguity_error(sheet, ambiguous, f"{len(by_name[ambiguous])} columns are named so")
-        ways.append(_tell_by_content(sheet, named, missing, used))
+        ways.append(_tell_by_content(sheet, named, missing, used_columns))
     return Columns(named["time"], named["output"][0], named["pv"][0], " and ".join(ways))
 
 
-def _stated_columns(sheet: Sheet, role: str, text: str) -> tuple[int, ...]:
+def _column_option(sheet: Sheet, role: str, text: str) -> tuple[int, ...]:
     """Columns by number or name."""
     column = _find_column(sheet, text)
     if column is not None:
@@ -560,7 +560,7 @@ def _find_column(sheet: Sheet, text: str) -> int | None:
         matches = [i for i, name in enumerate(sheet.names) if fold(name) == fold(text)]
         if len(matches) == 1:
             return matches[0]
-    whole = UNIT_IN_NAME.fullmatch(text)
+    whole = UNIT_IN_NAME_PATTERN.fullmatch(text)
     if whole is None:
         return None
     name_and_unit = whole[1].casefold(), whole[2].casefold()
@@ -572,7 +572,7 @@ def _find_column(sheet: Sheet, text: str) -> int | None:
 def _columns_by_name(sheet: Sheet, role: str, used: set[int]) -> tuple[int, ...]:
     columns = []
     for column, name in enumerate(sheet.names):
-        words = {word.lower() for word in TOKEN.findall(name)}
+        words = {word.lower() for word in WORD.findall(name)}
         roles = [r for r in ROLES if words & COLUMN_WORDS[r]]
         if "pv" in words:
             roles = ["pv"]
@@ -589,7 +589,7 @@ def _time_columns(sheet: Sheet, columns: Sequence[int]) -> tuple[int, ...]:
     """Of several columns with a name of time: a date with its clock, else the first."""
     texts = {column: sheet.rows[0].cells[column] for column in columns}
     dates = [c for c, t in texts.items() if (s := read_stamp(t)) and s.year is not None and ":" not in t]
-    clocks = [c for c, t in texts.items() if CLOCK.fullmatch(t)]
+    clocks = [c for c, t in texts.items() if CLOCK_PATTERN.fullmatch(t)]
     if dates and clocks:
         return dates[0], clocks[0]
     return (columns[0],)
@@ -597,17 +597,17 @@ def _time_columns(sheet: Sheet, columns: Sequence[int]) -> tuple[int, ...]:
 
 def _column_numbers(sheet: Sheet, column: int) -> list[float] | None:
     """The numbers of a column; None where mostly something else stands there."""
-    out, others = [], 0
-    for row in sheet.rows[:JUDGED_ROWS]:
+    numbers, others = [], 0
+    for row in sheet.rows[:MAX_JUDGED_ROWS]:
         text = row.cells[column]
-        if text.lower() in MISSING:
+        if text.lower() in MISSING_WORDS:
             continue
         value = number_of(text, comma=sheet.comma)
         if value is None:
             others += 1
         else:
-            out.append(value)
-    return out if len(out) > MOST_OTHERS * others else None
+            numbers.append(value)
+    return numbers if len(numbers) > MIN_NUMBER_RATIO * others else None
 
 
 def _tell_by_content(sheet: Sheet, named: dict[str, tuple[int, ...]], missing: list[str], used: set[int]) -> str:
@@ -619,7 +619,7 @@ def _tell_by_content(sheet: Sheet, named: dict[str, tuple[int, ...]], missing: l
     others = {
         c: n for c in range(sheet.width) if c not in used and c not in stamps and (n := _column_numbers(sheet, c))
     }
-    others = {c: n for c, n in others.items() if not {w.lower() for w in TOKEN.findall(sheet.names[c])} & OTHER_WORDS}
+    others = {c: n for c, n in others.items() if not {w.lower() for w in WORD.findall(sheet.names[c])} & OTHER_WORDS}
     if "time" in missing:
         rising = [c for c, numbers in others.items() if _goes_one_way(numbers)]
         if not rising:
@@ -660,15 +660,15 @@ def _tell_output_and_pv(sheet: Sheet, others: Mapping[int, Sequence[float]], nam
 def _leads_pv(output: Sequence[float], pv: Sequence[float]) -> bool:
     """Whether a column is one of an output that is held, and the other one moves more often and later."""
     moves = _count_moves(output)
-    if _held_share(output) < HELD_SHARE or not 0 < moves <= MOST_MOVES or _count_moves(pv) <= moves:
+    if _held_share(output) < MIN_HELD_SHARE or not 0 < moves <= MAX_MOVES or _count_moves(pv) <= moves:
         return False
     begin, reach = _first_move(output, 0.0), max(pv) - min(pv)
-    return begin <= _first_move(pv, BEGINS_SHARE * reach)
+    return begin <= _first_move(pv, MOVE_SHARE * reach)
 
 
-def _first_move(numbers: Sequence[float], least: float) -> int:
+def _first_move(numbers: Sequence[float], distance: float) -> int:
     """The first sample that is farther than this from the first one."""
-    return next((i for i, value in enumerate(numbers) if abs(value - numbers[0]) > least), len(numbers))
+    return next((i for i, value in enumerate(numbers) if abs(value - numbers[0]) > distance), len(numbers))
 
 
 def _held_share(numbers: Sequence[float]) -> float:

@@ -9,7 +9,7 @@ from typing import NoReturn
 
 from pidcfg.text.frozen import frozen
 from pidcfg.text.references import Decision
-from pidcfg.tuning.rules import LARGEST, LEAST, Process, TuningError, is_usable
+from pidcfg.tuning.rules import MAX_NUMBER, MIN_NUMBER, Process, TuningError, is_usable
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Transfer functions of lags, leads, integrators and dead time, and the half rule that reduces them to a process.
@@ -36,7 +36,7 @@ D936 = Decision(
 
 NEAR_LAG_RATIO = 1.6
 """A smaller lag this near to a zero may cancel it."""
-LAST_DIGITS = 1e-9
+ROUNDING_TOLERANCE = 1e-9
 
 
 @frozen
@@ -60,9 +60,9 @@ def transfer_of(process: Process) -> Transfer:
 
 SLOW_LAG_FACTOR = 5
 """Times the closed-loop time constant: what is slower than that looks like an integrator."""
-MOST_ROUNDS, DEAD_TIME_TOLERANCE = 30, 1e-12
+MAX_ROUNDS, DEAD_TIME_TOLERANCE = 30, 1e-12
 """The dead time is a result, and a bound of the rules that lead to it."""
-MOST_PHASE_ERROR = radians(20)
+MAX_PHASE_ERROR = radians(20)
 """By how much the phase of what the rules lead to may be off where a loop of its dead time crosses over (D936)."""
 
 
@@ -74,14 +74,14 @@ def reduce_by_half_rule(transfer: Transfer, order: int) -> Process:
     return _iterate_dead_time(transfer, order, _halve_small_lags(replace(transfer, zeros=()), order).dead_time)
 
 
-def _iterate_dead_time(transfer: Transfer, order: int, dead: float) -> Process:
+def _iterate_dead_time(transfer: Transfer, order: int, dead_time: float) -> Process:
     """The process whose own dead time bounds the rules that lead to it, from a first guess on."""
-    for _ in range(MOST_ROUNDS):
-        gain, lags = _cancel_leads(transfer, dead)
+    for _ in range(MAX_ROUNDS):
+        gain, lags = _cancel_leads(transfer, dead_time)
         process = _halve_small_lags(replace(transfer, gain=gain, poles=lags), order)
-        if isclose(process.dead_time, dead, rel_tol=DEAD_TIME_TOLERANCE, abs_tol=DEAD_TIME_TOLERANCE):
+        if isclose(process.dead_time, dead_time, rel_tol=DEAD_TIME_TOLERANCE, abs_tol=DEAD_TIME_TOLERANCE):
             break
-        dead = process.dead_time
+        dead_time = process.dead_time
     return process
 
 
@@ -90,7 +90,7 @@ def _is_near(process: Process, transfer: Transfer) -> bool:
     if not process.dead_time:
         return False
     reduced, w = transfer_of(process), 1 / (2 * process.dead_time)
-    return abs(phase_at(reduced, w) - phase_at(transfer, w)) <= MOST_PHASE_ERROR
+    return abs(phase_at(reduced, w) - phase_at(transfer, w)) <= MAX_PHASE_ERROR
 
 
 def phase_at(transfer: Transfer, w: float) -> float:
@@ -107,18 +107,20 @@ def _halve_small_lags(transfer: Transfer, order: int) -> Process:
     # Nothing that stays takes the other half: with leads the whole counts, as E6 is printed, without them half, as E8.
     share = 1.0 if leads and not count else 0.5
     whole, part = lags[:count], sum(lags[count : count + 1])
-    dead = transfer.dead_time + part * share + sum(lags[count + 1 :]) - sum(zero for zero in transfer.zeros if zero < 0)
+    dead_time = (
+        transfer.dead_time + part * share + sum(lags[count + 1 :]) - sum(zero for zero in transfer.zeros if zero < 0)
+    )
     if whole:
         whole[-1] += part / 2
         whole.sort(reverse=True)
     if transfer.integrators:
-        return Process(transfer.gain, 1.0, dead, second_time_constant=whole[0] if whole else 0.0, integrating=True)
+        return Process(transfer.gain, 1.0, dead_time, second_time_constant=whole[0] if whole else 0.0, integrating=True)
     if not whole:
         raise TuningError("the transfer function has no lag: nothing that the rules take")
-    return Process(transfer.gain, whole[0], dead, second_time_constant=whole[1] if len(whole) > 1 else 0.0)
+    return Process(transfer.gain, whole[0], dead_time, second_time_constant=whole[1] if len(whole) > 1 else 0.0)
 
 
-def _cancel_leads(transfer: Transfer, dead: float) -> tuple[float, tuple[float, ...]]:
+def _cancel_leads(transfer: Transfer, dead_time: float) -> tuple[float, tuple[float, ...]]:
     """Gain and lags after each lead (a positive zero) has been cancelled against a lag near it."""
     gain, lags = transfer.gain, sorted(transfer.poles)
     for lead in sorted((zero for zero in transfer.zeros if zero > 0), reverse=True):
@@ -126,15 +128,15 @@ def _cancel_leads(transfer: Transfer, dead: float) -> tuple[float, tuple[float, 
             raise TuningError(f"no lag is left for the lead of {lead:g} s")
         lag = _lag_near(lead, lags)
         lags.remove(lag)
-        if lead < lag and lead < SLOW_LAG_FACTOR * dead:  # T3
-            bound = min(lag, SLOW_LAG_FACTOR * dead)
+        if lead < lag and lead < SLOW_LAG_FACTOR * dead_time:  # T3
+            bound = min(lag, SLOW_LAG_FACTOR * dead_time)
             gain *= bound / lag
             if bound > lead:
                 lags = sorted([*lags, bound - lead])
-        elif lead < lag or lag >= dead:  # T2, T1
+        elif lead < lag or lag >= dead_time:  # T2, T1
             gain *= lead / lag
-        elif lead >= dead:  # T1a
-            gain *= lead / dead
+        elif lead >= dead_time:  # T1a
+            gain *= lead / dead_time
     return gain, tuple(lags)
 
 
@@ -144,7 +146,7 @@ def _lag_near(lead: float, lags: list[float]) -> float:
     smaller = next((lag for lag in reversed(lags) if lag < lead), None)
     if larger is None or smaller is None:
         return larger or smaller or lags[0]
-    return smaller if lead / smaller < min(larger / lead, NEAR_LAG_RATIO) * (1 - LAST_DIGITS) else larger
+    return smaller if lead / smaller < min(larger / lead, NEAR_LAG_RATIO) * (1 - ROUNDING_TOLERANCE) else larger
 
 
 # --- A transfer function as text: ``(-0.3s+1)(0.08s+1)/((2s+1)(s+1)^2) exp(-1.5s)`` -----------------------------------
@@ -153,13 +155,13 @@ def _lag_near(lead: float, lags: list[float]) -> float:
 # ``e^(-1.5s)`` for the dead time. A product without a sign binds closer than ``/``. Polynomials in a bracket may be
 # of second degree and must have real roots: the half rule needs time constants.
 
-NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
-TOKEN = re.compile(
-    rf"\s*(?:(?P<delay>(?:exp\s*|e\s*(?:\^|\*\*)\s*)[({{]?\s*-\s*(?P<dead>{NUMBER})?\s*\*?\s*s\s*[)}}]?)"
-    rf"|(?P<number>{NUMBER})|(?P<sign>\*\*|[-+*/^()s]))"
+NUMBER_PATTERN = r"(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+TOKEN_PATTERN = re.compile(
+    rf"\s*(?:(?P<delay>(?:exp\s*|e\s*(?:\^|\*\*)\s*)[({{]?\s*-\s*(?P<dead>{NUMBER_PATTERN})?\s*\*?\s*s\s*[)}}]?)"
+    rf"|(?P<number>{NUMBER_PATTERN})|(?P<sign>\*\*|[-+*/^()s]))"
 )
-MOST_CHARACTERS, LARGEST_POWER, MOST_FACTORS = 500, 20, 40
-QUADRATIC = 3
+MAX_CHARACTERS, MAX_POWER, MAX_FACTORS = 500, 20, 40
+QUADRATIC_LENGTH = 3
 """Coefficients of a polynomial of second degree."""
 Polynomial = tuple[float, ...]
 """Coefficients, the constant first."""
@@ -169,23 +171,23 @@ Polynomial = tuple[float, ...]
 class Product:
     """Polynomials above and below the line, and the dead time."""
 
-    above: list[Polynomial] = field(default_factory=list)
-    below: list[Polynomial] = field(default_factory=list)
+    numerator: list[Polynomial] = field(default_factory=list)
+    denominator: list[Polynomial] = field(default_factory=list)
     dead_time: float = 0.0
 
     def multiply(self, other: Product, *, inverse: bool = False) -> Product:
         """The product with another one, or with its inverse."""
-        above, below = (other.below, other.above) if inverse else (other.above, other.below)
+        above, below = (other.denominator, other.numerator) if inverse else (other.numerator, other.denominator)
         sign = -1 if inverse else 1
-        return Product(self.above + above, self.below + below, self.dead_time + sign * other.dead_time)
+        return Product(self.numerator + above, self.denominator + below, self.dead_time + sign * other.dead_time)
 
 
 def read_transfer(text: str) -> Transfer:
     """The transfer function; raises `TuningError` with the place of what cannot be read."""
     product = _Reader(text).read_all()
-    gain, zeros, at_zero = _factorize(product.above)
-    below, poles, integrators = _factorize(product.below)
-    if not gain or not below:
+    gain, zeros, at_zero = _factorize(product.numerator)
+    denominator, poles, integrators = _factorize(product.denominator)
+    if not gain or not denominator:
         raise TuningError("the transfer function is 0, or divides by 0")
     if any(pole <= 0 for pole in poles):
         raise TuningError("the transfer function has an unstable pole: no rule is for such a process")
@@ -196,10 +198,12 @@ def read_transfer(text: str) -> Transfer:
         raise TuningError("the transfer function has more zeros than poles")
     if product.dead_time < 0:
         raise TuningError("the dead time is negative; it is written exp(-1.5s), above the line")
-    transfer = Transfer(gain / below, tuple(zeros), tuple(poles), order, product.dead_time)
-    for number in (transfer.gain, *zeros, *poles, product.dead_time or LEAST):
+    transfer = Transfer(gain / denominator, tuple(zeros), tuple(poles), order, product.dead_time)
+    for number in (transfer.gain, *zeros, *poles, product.dead_time or MIN_NUMBER):
         if not is_usable(number):
-            raise TuningError(f"the transfer function has {number:g}; its numbers go from {LEAST:g} to {LARGEST:g}")
+            raise TuningError(
+                f"the transfer function has {number:g}; its numbers go from {MIN_NUMBER:g} to {MAX_NUMBER:g}"
+            )
     return transfer
 
 
@@ -207,12 +211,12 @@ class _Reader:
     """A reader of tokens, from left to right."""
 
     def __init__(self, text: str) -> None:
-        if len(text) > MOST_CHARACTERS:
-            raise TuningError(f"a transfer function of more than {MOST_CHARACTERS} characters")
+        if len(text) > MAX_CHARACTERS:
+            raise TuningError(f"a transfer function of more than {MAX_CHARACTERS} characters")
         self.text, self.tokens, self.position = text, list[re.Match[str]](), 0
         place = 0
         while text[place:].strip():
-            match = TOKEN.match(text, place)
+            match = TOKEN_PATTERN.match(text, place)
             if match is None:
                 place += len(text[place:]) - len(text[place:].lstrip())
                 raise TuningError(f"the transfer function cannot be read at column {place + 1}: {text[place:][:20]!r}")
@@ -243,7 +247,7 @@ class _Reader:
 
     def read_sum(self, depth: int) -> Product:
         """Terms with + and - between them; several become one polynomial."""
-        if depth > LARGEST_POWER:
+        if depth > MAX_POWER:
             raise TuningError("the transfer function has too many brackets in each other")
         negative = self.take_sign("+", "-") == "-"
         terms = [self.read_quotient(depth)]
@@ -267,8 +271,8 @@ class _Reader:
         product = self.read_factor(depth)
         while self.position < len(self.tokens) and self.tokens[self.position]["sign"] in {None, "(", "s"}:
             product = product.multiply(self.read_factor(depth))
-            if len(product.above) + len(product.below) > MOST_FACTORS:
-                raise TuningError(f"a transfer function of more than {MOST_FACTORS} factors")
+            if len(product.numerator) + len(product.denominator) > MAX_FACTORS:
+                raise TuningError(f"a transfer function of more than {MAX_FACTORS} factors")
         return product
 
     def read_factor(self, depth: int) -> Product:
@@ -297,24 +301,24 @@ class _Reader:
         if not self.take_sign("^", "**"):
             return base
         number = self.tokens[self.position]["number"] if self.position < len(self.tokens) else None
-        if number is None or not number.isdigit() or not 0 < int(number) <= LARGEST_POWER:
+        if number is None or not number.isdigit() or not 0 < int(number) <= MAX_POWER:
             self.refuse_token()
         self.position += 1
         times = int(number)
-        return Product(base.above * times, base.below * times, base.dead_time * times)
+        return Product(base.numerator * times, base.denominator * times, base.dead_time * times)
 
 
 def _multiply_out(product: Product, sign: float) -> Polynomial:
     """A term of a sum, multiplied out; raises `TuningError` for a quotient or a dead time."""
-    if product.below or product.dead_time:
+    if product.denominator or product.dead_time:
         raise TuningError("a quotient or a dead time stands in a sum: write the transfer function as factors")
     result: Polynomial = (sign,)
-    for factor in product.above:
+    for factor in product.numerator:
         result = tuple(
             sum(result[i] * factor[k - i] for i in range(len(result)) if 0 <= k - i < len(factor))
             for k in range(len(result) + len(factor) - 1)
         )
-        if len(result) > QUADRATIC:
+        if len(result) > QUADRATIC_LENGTH:
             raise TuningError("a bracket of a higher degree than 2: write it as factors")
     return result
 
@@ -335,7 +339,7 @@ def _factorize(polynomials: list[Polynomial]) -> tuple[float, list[float], int]:
             rest.pop(0)
             zero_roots += 1
         gain *= rest[0]
-        if len(rest) == QUADRATIC:
+        if len(rest) == QUADRATIC_LENGTH:
             both, product = rest[1] / rest[0], rest[2] / rest[0]
             inner = both * both - 4 * product
             if inner < 0:

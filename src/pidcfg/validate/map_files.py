@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from pidcfg.encoders.decoding import listing_text, refuse_large
 from pidcfg.encoders.listing import ListingError
 from pidcfg.encoders.modbus_map import (
-    FORMAT,
+    FORMAT_NAME,
     MapError,
     NamedNumbering,
     UnusableMapError,
@@ -65,7 +65,7 @@ def named_map(document: Document | None, reader: Reader) -> MapFile | None:
         data = read_named_file(reader, name, document.limits.listing_bytes + 1)
     except (OSError, ValueError) as error:
         span = document.locate(MAP_PATH)
-        cure = f"the name of a map is relative to the file that names it; `--format {FORMAT}` of encode writes one"
+        cure = f"the name of a map is relative to the file that names it; `--format {FORMAT_NAME}` of encode writes one"
         raise UnusableMapError(f"{read_failure(name, error)}: {cure}", document.file, span.line, span.column) from None
     return map_of_data(data, name, document.limits)._replace(may_be_quoted=may_be_quoted(reader, document.file, name))
 
@@ -133,8 +133,8 @@ def _no_map_text(vendor: Vendor, image: AnyImage | None, file: str) -> str:
     cure = "state one by --map FILE, or by `plc: {map: FILE}` in the configuration"
     if image is None:
         return f"{problem}; {cure}"
-    rows = [row for row in format_of(vendor, FORMAT).write(image, ()).splitlines() if not row.startswith("#")][1:]
-    command = f"`pidcfg encode {file} --format {FORMAT}` writes its rows for you to fill in"
+    rows = [row for row in format_of(vendor, FORMAT_NAME).write(image, ()).splitlines() if not row.startswith("#")][1:]
+    command = f"`pidcfg encode {file} --format {FORMAT_NAME}` writes its rows for you to fill in"
     row = example_text(rows)
     return f"{problem}; {cure}, with rows of symbol, table, register (from 0) and type such as {row}; {command}"
 

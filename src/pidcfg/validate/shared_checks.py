@@ -537,13 +537,13 @@ class Action:
 
 def action_key(vendor: Vendor) -> str:
     """The key that says the action of a loop."""
-    key, blank, _ = tables_of(vendor).TUNED.heating.partition(" ")
+    key, blank, _ = tables_of(vendor).TUNING_NUMBERS.heating.partition(" ")
     return key.rstrip(":") if blank else ACTION
 
 
 def action_word(vendor: Vendor, *, raises_pv: bool) -> str:
     """How the action is written of a loop whose PV rises with its output, or falls."""
-    tuned = tables_of(vendor).TUNED
+    tuned = tables_of(vendor).TUNING_NUMBERS
     return (tuned.heating if raises_pv else tuned.cooling).rpartition(" ")[2].lower()
 
 

@@ -181,7 +181,7 @@ def _gain_factor(owner: str, family: str) -> str:
 
 def _gain_unit(family: str) -> GainUnit:
     """What the gain of a family is counted in."""
-    return tables_of(VENDORS[family]).TUNED.gain_unit
+    return tables_of(VENDORS[family]).TUNING_NUMBERS.gain_unit
 
 
 def _heating_text(family: str) -> str:

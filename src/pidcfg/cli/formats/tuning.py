@@ -42,7 +42,7 @@ def margin_chart(result: TuneResult) -> Chart:
     trace, step_answers = trace_curve(gains, plant), step_curves(gains, plant)
     points = tuple(point for point in trace.points if abs(point) < MAX_POINT_DISTANCE)
     locus = Locus(
-        points, margins.ms, trace.nearest, margins.gain_margin, trace.turn, margins.phase_margin, trace.crossover
+        points, margins.ms, trace.nearest, margins.gain_margin, trace.crossing, margins.phase_margin, trace.crossover
     )
     step = Line("SP", "setpoint", (0.0, step_answers.times[-1]), (1.0, 1.0))
     panels = (
@@ -86,7 +86,7 @@ def robust_lines(gains: RobustGains, reason: str) -> Iterator[str]:
     yield f"  there        gain margin {margin_text}  phase margin {'unlimited' if angle is None else f'{angle:.3g}°'}"
     iae_plant = _plant_text(data["worst_iae_plant"], gains)
     yield f"  worst IAE    {data['worst_iae']:.4g} after a step of 1 at the output{iae_plant}"
-    if robust.words:
+    if robust.has_words:
         yield from _grid_lines(data)
     if gains.confirmation is not None:
         yield f"  certified    {_confirmation_text(gains.confirmation)}"

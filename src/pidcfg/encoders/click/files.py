@@ -43,9 +43,9 @@ D108 = Decision(
 DATAVIEW_ROWS = 100
 BYTE_ORDER_MARK = "\ufeff"
 CDV_HEADER = re.compile(r"(-1|0)(,[0-9]{1,6}){2}")
-ROW = re.compile(r"([A-Z]{1,3}[0-9]{1,4}u?),([0-9]{1,4})(?:,([0-9]{1,10})?)?")
+ROW_PATTERN = re.compile(r"([A-Z]{1,3}[0-9]{1,4}u?),([0-9]{1,4})(?:,([0-9]{1,10})?)?")
 EMPTY_ROW = re.compile(r"(,0?,?)?")
-BIT_MAX, INT16_MAX, SIGNED = 1, 0x7FFF, 0xFFFF8000
+BIT_MAX, INT16_MAX, MIN_NEGATIVE = 1, 0x7FFF, 0xFFFF8000
 """Integers are kept as 32 bits with their sign: -1 is 4294967295."""
 CODES = {"BIT": 768, "INT": 0, "INT2": 256, "FLOAT": 257, "HEX": 3, "TEXT": 1024}
 """The second cell of a row, by the type of the address."""
@@ -89,7 +89,7 @@ def _view_text(cells: list[Cell]) -> str:
 def _view_row(cell: Cell) -> str:
     """Address and type of a cell, and its new value if it is a setting."""
     bank, _ = SPACE.bank_and_number(cell.number)
-    stored = cell.raw + (SIGNED - 0x8000 if bank.kind is INT16 and cell.raw > INT16_MAX else 0)
+    stored = cell.raw + (MIN_NEGATIVE - 0x8000 if bank.kind is INT16 and cell.raw > INT16_MAX else 0)
     value = f",{stored}" if cell.access == "setting" else ""
     return f"{cell.address},{CODES[ALL_BANKS[bank.prefix][1]]}{value}"
 
@@ -124,7 +124,7 @@ def _view_rows(lines: list[str]) -> Iterator[tuple[int, str, str, str]]:
     for line, text in enumerate(lines, start=2):
         if EMPTY_ROW.fullmatch(text):
             continue
-        match = ROW.fullmatch(text)
+        match = ROW_PATTERN.fullmatch(text)
         if match is None:
             raise ListingError(f"{text[:60]!r} is not a row of a DataView: address,type or address,type,value", line)
         if line > DATAVIEW_ROWS + 1:
@@ -144,13 +144,13 @@ def _check_type(line: int, address: str, code: str) -> None:
 
 def _stored_content(line: int, address: str, kind: Kind, stored: int) -> int:
     """A stored number as raw content: a switch, 16 bits with their sign spread over 32, the bits of a float."""
-    fits = {
+    is_valid = {
         BIT: stored <= BIT_MAX,
-        INT16: stored <= INT16_MAX or SIGNED <= stored <= 0xFFFFFFFF,
+        INT16: stored <= INT16_MAX or MIN_NEGATIVE <= stored <= 0xFFFFFFFF,
         SINGLE: stored <= 0xFFFFFFFF and kind.read(kind.show(min(stored, 0xFFFFFFFF))) == stored,
     }
-    if not fits[kind]:
-        raise ListingError(f"{address}: the new value {stored} is not {kind.holds}", line)
+    if not is_valid[kind]:
+        raise ListingError(f"{address}: the new value {stored} is not {kind.title}", line)
     return stored & kind.highest
 
 
@@ -165,7 +165,7 @@ D109 = Decision(
     "registers keep the dump's content.",
     "The dump is what the PLC held when it was read: a request caught in it would start when it is written back.",
 )
-START, END = re.compile(r"<([A-Z]{1,3})=START>"), re.compile(r"</([A-Z]{1,3})=END>")
+SECTION_START, SECTION_END = re.compile(r"<([A-Z]{1,3})=START>"), re.compile(r"</([A-Z]{1,3})=END>")
 BANKS = {bank.prefix: bank for bank in SPACE.banks}
 MAX_COLUMNS = 100
 
@@ -207,9 +207,9 @@ def parse_dump(text: str) -> Dump:
     columns: list[int] = []
     bank, line, position = "", 0, 0
     for line, raw in enumerate(re.split(r"(?<=\n)", text), start=1):
-        words, at = raw.strip(" \r\n" + BYTE_ORDER_MARK), position
+        words, row_start = raw.strip(" \r\n" + BYTE_ORDER_MARK), position
         position += len(raw)
-        opened, closed = START.fullmatch(words), END.fullmatch(words)
+        opened, closed = SECTION_START.fullmatch(words), SECTION_END.fullmatch(words)
         if opened or closed:
             bank = _read_section(dump, bank, opened, closed, line)
             columns = []
@@ -218,7 +218,7 @@ def parse_dump(text: str) -> Dump:
         elif words and bank in BANKS and words.startswith("Address,"):
             columns = _read_columns(words, line)
         elif words and bank in BANKS:
-            _read_row(dump, BANKS[bank], columns, raw, line, at)
+            _read_row(dump, BANKS[bank], columns, raw, line, row_start)
     if bank:
         raise ListingError(f"the section {bank} does not end: the file is cut off", line)
     if not dump.sections:
@@ -226,14 +226,14 @@ def parse_dump(text: str) -> Dump:
     return dump
 
 
-def _read_section(dump: Dump, bank: str, opened: re.Match[str] | None, closed: re.Match[str] | None, line: int) -> str:
+def _read_section(dump: Dump, bank: str, begin: re.Match[str] | None, end: re.Match[str] | None, line: int) -> str:
     """The section that is open after this line."""
-    if opened is None:
-        name = closed.group(1) if closed else ""
+    if begin is None:
+        name = end.group(1) if end else ""
         if name != bank:
             raise ListingError(f"the section {name} ends here, but {bank or 'none'} is open", line)
         return ""
-    name = opened.group(1)
+    name = begin.group(1)
     if bank:
         raise ListingError(f"the section {name} begins inside {bank}", line)
     if name in dump.sections:
@@ -277,7 +277,7 @@ def _raw_content(number: int, text: str, line: int) -> int:
     kind = SPACE.kind_of(number)
     raw = decimal_content(text, kind)
     if raw is None:
-        raise ListingError(f"{SPACE.name(number)}: {text[:40]!r} is not {kind.holds}", line)
+        raise ListingError(f"{SPACE.name(number)}: {text[:40]!r} is not {kind.title}", line)
     return raw
 
 

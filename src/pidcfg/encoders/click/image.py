@@ -25,7 +25,7 @@ from pidcfg.encoders.image import (
     without_none,
 )
 from pidcfg.encoders.image import values_of as mapped
-from pidcfg.encoders.maps.click import BANKS, BLOCKS, MODE_BITS, SPACE, TABLES, TUNED, UNUSED
+from pidcfg.encoders.maps.click import BANKS, BLOCKS, MODE_BITS, SPACE, TABLES, TUNING_NUMBERS, UNUSED_CONTENTS
 from pidcfg.encoders.regmap import LoopTuning
 from pidcfg.schemas.click import BITS, FLOATS, INTEGERS, ClickFile, Loop, LoopSettings, PlcSettings
 from pidcfg.schemas.numbers import decimal_text
@@ -57,7 +57,7 @@ def values_of(loop: Loop) -> Data:
     """Every register's value by path; the rate-of-change alarm is that of one sample."""
     rate = loop.alarms.rate_of_change
     per_sample = None if rate is None else rate.per_sample(loop.sample_rate).value
-    return {**mapped(loop, TABLES, UNUSED), "alarms.rate_of_change": per_sample}
+    return {**mapped(loop, TABLES, UNUSED_CONTENTS), "alarms.rate_of_change": per_sample}
 
 
 def pv_alarms_on(loop: Loop) -> bool:
@@ -127,7 +127,7 @@ def _loop_data(settings: LoopSettings, blocks: Sequence[LoopBlock]) -> Data:
     unset: Data = {}
     for block in blocks:
         values |= block.read_values({})
-        unset |= block.table.read_back(defaults_of(Loop, [block.table], UNUSED), {})
+        unset |= block.table.read_back(defaults_of(Loop, [block.table], UNUSED_CONTENTS), {})
     if settings.output.pwm is None:
         values["output.pwm"] = None
     values["sample_rate"] = f"{decimal_text(values['sample_rate'].scaleb(3))} ms"
@@ -136,8 +136,8 @@ def _loop_data(settings: LoopSettings, blocks: Sequence[LoopBlock]) -> Data:
 
 # --- The three blocks of each CLICK loop: no register says where they are, so a configuration or options do -----------
 
-PLACES = tuple(row for row in LOOP_OPTIONS if row.option in BANKS)
-FIELDS = {"bits": BITS, "integers": INTEGERS, "floats": FLOATS}
+ADDRESS_OPTIONS = tuple(row for row in LOOP_OPTIONS if row.option in BANKS)
+BLOCK_BANKS = {"bits": BITS, "integers": INTEGERS, "floats": FLOATS}
 
 MODE_REGISTERS = MODE_BITS
 """What tells a loop's mode, unconfirmed (D952)."""
@@ -151,9 +151,9 @@ def mode_of(manual: int, auto: int) -> str:
 
 def areas(_words: Mapping[int, int], like: Image | None, options: Mapping[str, object]) -> list[Area]:
     """The blocks of all loops; raises `DecodeError` naming the option that is missing."""
-    entries = with_options(() if like is None else like.settings, options, PLACES, default_name)
+    entries = with_options(() if like is None else like.settings, options, ADDRESS_OPTIONS, default_name)
     return [
-        Area(SPACE.number_of(prefix, FIELDS[key].parse(entry[key])), table, str(entry["loop"]))
+        Area(SPACE.number_of(prefix, BLOCK_BANKS[key].parse(entry[key])), table, str(entry["loop"]))
         for entry in entries
         for key, (prefix, table) in BLOCKS.items()
     ]
@@ -169,16 +169,16 @@ def tuning_of(_: ClickFile, loop: Loop) -> LoopTuning:
     """The three numbers of a loop; its integral cannot be switched off, the longest reset time is as good."""
     tuning = loop.tuning
     limit = loop.derivative_gain_limit
-    limited = is_switched_on(loop.derivative_gain_limit_enabled, limit)
-    filtered = is_switched_on(loop.pv.filter_enabled, loop.pv.filter)
+    has_limit = is_switched_on(loop.derivative_gain_limit_enabled, limit)
+    has_filter = is_switched_on(loop.pv.filter_enabled, loop.pv.filter)
     return LoopTuning(
-        TUNED,
-        raises_pv=loop.action == TUNED.heating,
+        TUNING_NUMBERS,
+        raises_pv=loop.action == TUNING_NUMBERS.heating,
         current_values=(tuning.proportional_gain, tuning.reset_time, tuning.derivative_gain),
         obstacle="it squares its error (error.curve)" if loop.error.curve == "squared" else "",
-        no_derivative="its derivative_gain_limit of 0 removes the derivative" if limited and not limit else "",
-        off_texts=(f"{TUNED.no_integral}", "0"),
+        no_derivative="its derivative_gain_limit of 0 removes the derivative" if has_limit and not limit else "",
+        off_texts=(f"{TUNING_NUMBERS.no_integral}", "0"),
         sample_time=float(loop.sample_rate),
-        pv_share=float(loop.pv.filter or 100) / 100 if filtered else 1.0,
-        derivative_limit=float(limit) if limited and limit and limit < NO_FILTER_PERCENT else None,
+        pv_share=float(loop.pv.filter or 100) / 100 if has_filter else 1.0,
+        derivative_limit=float(limit) if has_limit and limit and limit < NO_FILTER_PERCENT else None,
     )

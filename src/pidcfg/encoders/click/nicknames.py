@@ -87,10 +87,10 @@ def _named_registers() -> Iterator[NamedRegister]:
 
 
 NAMED_REGISTERS = tuple(_named_registers())
-BY_FIELD = {(row.bank, row.word.name): row for row in NAMED_REGISTERS}
+NICKNAME_ROWS = {(row.bank, row.word.name): row for row in NAMED_REGISTERS}
 MAX_LOOP_NAME = MAX_NICKNAME - max(len(row.suffix) for row in NAMED_REGISTERS)
 """Characters of the longest loop name that all nicknames have room for."""
-ACTION = BY_FIELD["C", "action"]
+ACTION = NICKNAME_ROWS["C", "action"]
 
 
 class Nickname(NamedTuple):
@@ -108,7 +108,7 @@ def nicknames(image: Image) -> list[Nickname]:
     rows = []
     for cell in image.cells:
         bank, _ = SPACE.bank_and_number(cell.number)
-        register = BY_FIELD.get((bank.prefix, cell.field))
+        register = NICKNAME_ROWS.get((bank.prefix, cell.field))
         if register is not None and cell.loop is not None:
             name = _legal_nickname(cell.loop, cell.loop + register.suffix)
             value = initial_value(cell) if cell.access == "setting" else ""
@@ -188,9 +188,9 @@ def _unit_text(unit: str, entry: Mapping[str, object]) -> str:
 HEADER = ("Address", "Data Type", "Nickname", "Initial Value", "Retentive", "Address Comment")
 MODBUS, FUNCTION_CODE = "Modbus Address", "Function Code"
 HEADERS = (HEADER, (*HEADER[:2], MODBUS, FUNCTION_CODE, *HEADER[2:]))
-ALIASES = {"TXT": "TEXT"}
+TYPE_ALIASES = {"TXT": "TEXT"}
 """Types by other names."""
-RETENTIVE = frozenset({"DS", "DF"})
+RETENTIVE_BANKS = frozenset({"DS", "DF"})
 """Banks of a loop that keep their content while the PLC is off."""
 BYTE_ORDER_MARK = "\ufeff"
 LOOP_BANKS = frozenset(prefix for prefix, _ in BLOCKS.values())
@@ -309,7 +309,7 @@ def write_nicknames(image: Image, checklist: tuple[str, ...] = ()) -> str:
 def _csv_row(row: Nickname) -> str:
     bank = row.address.rstrip(string.digits)
     comment = row.comment.replace('"', '""')
-    cells = (f'"{row.nickname}"', row.value or "0", "Yes" if bank in RETENTIVE else "No", f'"{comment}"')
+    cells = (f'"{row.nickname}"', row.value or "0", "Yes" if bank in RETENTIVE_BANKS else "No", f'"{comment}"')
     return ",".join((row.address, ALL_BANKS[bank][1], *cells)) + "\n"
 
 
@@ -388,7 +388,7 @@ def _read_row(line: int, raw: str, cells: list[str], columns: tuple[str, ...]) -
 def _type_oddity(row: Row) -> str:
     """What CLICK would not write of a row: another data type than that of the bank."""
     kind = ALL_BANKS[row.bank][1]
-    if not row.kind or ALIASES.get(row.kind.upper(), row.kind.upper()) == kind:
+    if not row.kind or TYPE_ALIASES.get(row.kind.upper(), row.kind.upper()) == kind:
         return ""
     return f"is of type {kind}, but the file says {row.kind[:40]!r}"
 
@@ -401,7 +401,7 @@ def initial_content(row: Row) -> int | None:
     kind = SPACE.kind_of(number)
     raw = decimal_content(row.value, kind)
     if raw is None:
-        raise ListingError(f"{row.address}: the initial value {row.value[:40]!r} is not {kind.holds}", row.line)
+        raise ListingError(f"{row.address}: the initial value {row.value[:40]!r} is not {kind.title}", row.line)
     return raw
 
 
@@ -409,7 +409,7 @@ def initial_content(row: Row) -> int | None:
 
 BLOCK_KEYS = {prefix: key for key, (prefix, _) in BLOCKS.items()}
 
-NO_LOOP = f"no nickname of the list is <loop>{ACTION.suffix}, so none of its rows is known to be a loop's (D107)"
+NO_LOOP_NOTE = f"no nickname of the list is <loop>{ACTION.suffix}, so none of its rows is known to be a loop's (D107)"
 MIN_AGREEING = 3
 """So many nicknames that agree on where a block begins are no chance."""
 
@@ -435,8 +435,8 @@ def read_nicknames(text: str) -> Listing:
             listing.add(number, raw, row.address, row.line)
     claims = list(_find_claims(rows))
     listing.settings = tuple(_loop_settings(claims))
-    almost = tuple(_almost_loops(claims))
-    listing.notes = (*table.notes, *(almost if almost or listing.settings else (NO_LOOP,)))
+    almost = tuple(_near_loop_names(claims))
+    listing.notes = (*table.notes, *(almost if almost or listing.settings else (NO_LOOP_NOTE,)))
     return listing
 
 
@@ -453,7 +453,7 @@ def _find_claims(rows: Iterable[Row]) -> Iterator[Claim]:
                 yield Claim(name, register.bank, n - register.offset, row, register.word)
 
 
-def _almost_loops(claims: list[Claim]) -> Iterator[str]:
+def _near_loop_names(claims: list[Claim]) -> Iterator[str]:
     """Names that look like loops and are none, as the nickname of the action's bit is missing (D107)."""
     names = {claim.loop for claim in claims if claim.row.nickname == claim.loop + ACTION.suffix}
     for name in dict.fromkeys(claim.loop for claim in claims if claim.loop not in names):
@@ -506,7 +506,7 @@ def _block_start(claims: list[Claim]) -> str:
 
 # --- A nickname list of the user's with the nicknames of all loops added, in the columns that it has (D106) -----------
 
-CELL = re.compile(r'"(?:[^"]|"")*"|[^",\r\n][^,\r\n]*|')
+CELL_PATTERN = re.compile(r'"(?:[^"]|"")*"|[^",\r\n][^,\r\n]*|')
 """A cell as it is written, with its quotes."""
 FIRST_HOLDING = 400_001
 """Reference of the first holding register; coils count from 1."""
@@ -525,7 +525,7 @@ def merge_nicknames(image: Image, text: str) -> tuple[str, tuple[str, ...]]:
     for row in own_table.rows:
         same_address, same_name = table.by_address.get(row.address), table.by_name.get(row.nickname.casefold())
         if same_name is None and (same_address is None or same_address.is_unused):
-            line = _in_columns(row, table, hexadecimal=hexadecimal)
+            line = _arrange_cells(row, table, hexadecimal=hexadecimal)
             if same_address is None:
                 created.append(line)
             else:
@@ -533,7 +533,7 @@ def merge_nicknames(image: Image, text: str) -> tuple[str, tuple[str, ...]]:
         elif same_address is not None and same_address is same_name:
             unchanged.append(row.address)
             if row.address in set_addresses and (initial_content(same_address) or 0) != initial_content(row):
-                changed[row.address] = _with_cell(same_address.raw, table.column_index("Initial Value"), row.value)
+                changed[row.address] = _replace_cell(same_address.raw, table.column_index("Initial Value"), row.value)
                 notes.append(
                     f"initial value renewed: {row.nickname} ({row.address}), {same_address.value or 0} to {row.value}"
                 )
@@ -574,7 +574,7 @@ def _modbus_address(address: str, *, hexadecimal: bool) -> tuple[str, str]:
     return f"{register:04X}h" if hexadecimal else str(first + register), FUNCTION_CODES[table]
 
 
-def _in_columns(row: Row, table: Table, *, hexadecimal: bool) -> str:
+def _arrange_cells(row: Row, table: Table, *, hexadecimal: bool) -> str:
     """A row of ours in the columns of the user's file, without its line end."""
     line = row.raw.removesuffix("\n")
     if MODBUS not in table.columns:
@@ -584,14 +584,14 @@ def _in_columns(row: Row, table: Table, *, hexadecimal: bool) -> str:
     return f'{address},{kind},{register},"{codes}",{behind}'
 
 
-def _with_cell(raw: str, column: int, value: str) -> str:
+def _replace_cell(raw: str, column: int, value: str) -> str:
     """A row's text with another value in one column, and every other character as it was."""
-    at = 0
+    position = 0
     for _ in range(column):
-        cell = CELL.match(raw, at)
-        at = (at if cell is None else cell.end()) + 1
-    cell = CELL.match(raw, at)
-    return raw[:at] + value + raw[at if cell is None else cell.end() :]
+        cell = CELL_PATTERN.match(raw, position)
+        position = (position if cell is None else cell.end()) + 1
+    cell = CELL_PATTERN.match(raw, position)
+    return raw[:position] + value + raw[position if cell is None else cell.end() :]
 
 
 def _line_end(raw: str) -> str:

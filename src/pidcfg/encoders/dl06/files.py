@@ -23,7 +23,7 @@ DATA_RECORD, END_RECORD, SEGMENT, START_SEGMENT, LINEAR, START_LINEAR = range(6)
 RECORD_LENGTHS = {END_RECORD: 0, SEGMENT: 2, START_SEGMENT: 4, LINEAR: 2, START_LINEAR: 4}
 SEGMENT_UNITS = {SEGMENT: 1 << 4, LINEAR: 1 << 16}  # what one of an extended address counts, in bytes
 PAGE_BYTES, MAX_RECORD_BYTES = 1 << 16, 16
-RECORD = re.compile(":(?:[0-9A-Fa-f]{2}){5,}")
+RECORD_PATTERN = re.compile(":(?:[0-9A-Fa-f]{2}){5,}")
 
 
 def write_records(memory: Mapping[int, int]) -> str:
@@ -76,7 +76,7 @@ def read_bytes(text: str) -> dict[int, int]:
 
 def _parse_record(line: str, number: int) -> tuple[int, int, bytes]:
     """Type, address and data of a record."""
-    if not RECORD.fullmatch(line):
+    if not RECORD_PATTERN.fullmatch(line):
         raise ListingError("a record is a colon and pairs of hexadecimal digits, five at least", number)
     body = bytes.fromhex(line[1:])
     length, address, kind, data = body[0], int.from_bytes(body[1:3]), body[3], body[4:-1]
@@ -239,12 +239,12 @@ def _copy_values(config: Dl06File) -> str:
     table = LOOP_TABLES[1]
 
     def places(word: str, part: str) -> str:
-        found = [
+        notes = [
             f"{loop.name} ({v_name(loop_start(config.plc, i) + table.offset_of(word))})"
             for i, loop in enumerate(config.loops)
             if getattr(loop, part).transfer is None and not (part == "output" and loop.name in majors)
         ]
-        return ", ".join(found)
+        return ", ".join(notes)
 
     majors = {loop.cascade_from for loop in config.loops}
     pv, output = places("pv", "pv"), places("output", "output")

@@ -46,7 +46,7 @@ from pidcfg.encoders.maps.dl06 import (
     SETUP_WORDS,
     SPACE,
     TABLE_POINTER,
-    TUNED,
+    TUNING_NUMBERS,
 )
 from pidcfg.encoders.regmap import LoopTuning
 from pidcfg.schemas.base import Quantity, v_name
@@ -134,7 +134,7 @@ LOOP_SIZE = LOOP_TABLES[1].size
 OUTPUT_OFFSET = LOOP_TABLES[1].offset_of("output")
 Range = tuple[Decimal, Decimal] | None
 UNUSED_PAIR = RAMP_SOAK_PAIR.encode({}, {})
-STATED_CHOICES = ("reset_decimals", "derivative")
+GIVEN_CHOICES = ("reset_decimals", "derivative")
 ONE_COUNT = Quantity(Decimal(1), counts=True)
 
 
@@ -275,7 +275,7 @@ def _transfer_value(transfer: Transfer | None) -> tuple[int, int, int] | int | N
 
 def _plc_settings(config: Dl06File) -> dict[str, object]:
     """What no register holds for the whole file; a choice only when the file has made it."""
-    choices = {key: getattr(config.plc, key) for key in STATED_CHOICES if key in config.plc.model_fields_set}
+    choices = {key: getattr(config.plc, key) for key in GIVEN_CHOICES if key in config.plc.model_fields_set}
     return without_none({"name": config.name, "description": config.description}) | choices
 
 
@@ -322,11 +322,11 @@ class LoopReader:
         scales = self.read_scales()
         values = settings_values(self.settings) | self.block.read_values(scales)
         self.note_status()
-        always = set(ALWAYS_WRITTEN)
+        always_written = set(ALWAYS_WRITTEN)
         if self.settings.setpoint:
-            always.add("setpoint.value")
+            always_written.add("setpoint.value")
         if values["alarms.pv.enabled"] or values["alarms.deviation.enabled"]:
-            always.add("alarms.hysteresis")
+            always_written.add("alarms.hysteresis")
         values |= {
             "mode": intended_mode(self.block.raw_word("mode_and_alarm_status"), self.requested_mode),
             **_setpoint_source(values["remote_setpoint"], names),
@@ -335,7 +335,7 @@ class LoopReader:
             "output.transfer": _transfer_data(values["output.transfer"]),
             "ramp_soak": self.read_ramp_soak(values, words, scales),
         }
-        return file_data(Loop, values, self.unset_values(scales), frozenset(always))
+        return file_data(Loop, values, self.unset_values(scales), frozenset(always_written))
 
     def read_scales(self) -> dict[str, Scale]:
         """The scales, from the format bits and the ranges beside the words."""
@@ -449,7 +449,7 @@ def decode(
     names = {loop.block.start + OUTPUT_OFFSET: loop.block.loop for loop in loops}
     data: Data = {"pidcfg": 1, "vendor": "dl06"}
     data |= without_none({"name": plc_settings.name, "description": plc_settings.description})
-    choices = {key: getattr(plc_settings, key) for key in STATED_CHOICES if key in plc_settings.model_fields_set}
+    choices = {key: getattr(plc_settings, key) for key in GIVEN_CHOICES if key in plc_settings.model_fields_set}
     if options.get("reset_decimals"):
         choices["reset_decimals"] = decimals
     data["plc"] = _plc_data(pointer, words, count) | choices
@@ -458,7 +458,7 @@ def decode(
     if _is_no_count(words.get(LOOP_COUNT)):
         notes.append(f"{v_name(LOOP_COUNT)} is no BCD number: the PLC sets bit 2 of V7642 and calculates no loop (D53)")
     if words.get(LOOP_COUNT) == 0:
-        notes.append(_no_loop_runs(count))
+        notes.append(_no_loop_text(count))
     if empty := [loop.block.loop for loop in loops if not any(loop.block.raw)]:
         notes.append(f"every word of {', '.join(empty)} is 0: nothing was written there, or a save wrote zeros over it")
     if "reset_decimals" not in choices and any(loop.block.raw_word("reset") for loop in loops):
@@ -468,7 +468,7 @@ def decode(
     return Decoded(data, tuple(notes), status=(ERROR_FLAGS,))
 
 
-def _no_loop_runs(count: int) -> str:
+def _no_loop_text(count: int) -> str:
     """What a number of loops of 0 does, and how to read the loop table all the same."""
     cure = "" if count else "; --number-of-loops reads the table all the same"
     return f"{v_name(LOOP_COUNT)} is 0: the PLC calculates no loop{cure}"
@@ -547,17 +547,17 @@ def areas(words: Mapping[int, int], like: Image | None, options: Settings) -> li
     ``like``: the image of a configuration, which says names, and where the table is that the PLC itself does not tell.
     ``options``: those of `decode`. Raises `AreaError` where nothing says where the loops are.
     """
-    found = [Area(TABLE_POINTER, SETUP_WORDS)]
+    blocks = [Area(TABLE_POINTER, SETUP_WORDS)]
     if TABLE_POINTER not in words:
-        return found
+        return blocks
     start = _table_start(words, like, options)
     names = [str(entry["loop"]) for entry in like.settings] if like is not None else []
     table = LOOP_TABLES[int(options.get("reset_decimals") or 1)]
     for i in range(_stored_loop_count(words, like, options)):
         name = names[i] if i < len(names) else default_name(i)
-        found.append(Area(start + i * LOOP_SIZE, table, name))
-        found += _ramp_soak_areas(words.get(start + i * LOOP_SIZE + LOOP_TABLE.offset_of("ramp_soak_table"), 0), name)
-    return found
+        blocks.append(Area(start + i * LOOP_SIZE, table, name))
+        blocks += _ramp_soak_areas(words.get(start + i * LOOP_SIZE + LOOP_TABLE.offset_of("ramp_soak_table"), 0), name)
+    return blocks
 
 
 def _table_start(words: Mapping[int, int], like: Image | None, options: Settings) -> int:
@@ -614,19 +614,19 @@ def tuning_of(config: Dl06File, loop: Loop) -> LoopTuning:
     reset, codec = reset_value(loop), RESET[config.plc.reset_decimals]
     is_off = any(reset == digits * codec.step for digits in codec.off)
     limit = loop.derivative_gain_limit
-    limited = is_switched_on(loop.derivative_gain_limit_enabled, limit)
-    filtered, share = is_switched_on(loop.pv.filter_enabled, loop.pv.filter), float(loop.pv.filter or 0)
+    has_limit = is_switched_on(loop.derivative_gain_limit_enabled, limit)
+    has_filter, filter_factor = is_switched_on(loop.pv.filter_enabled, loop.pv.filter), float(loop.pv.filter or 0)
     return LoopTuning(
-        replace(TUNED, table=LOOP_TABLES[config.plc.reset_decimals]),
-        raises_pv=loop.action == TUNED.heating,
+        replace(TUNING_NUMBERS, table=LOOP_TABLES[config.plc.reset_decimals]),
+        raises_pv=loop.action == TUNING_NUMBERS.heating,
         pv_span=None if pv is None else pv[1] - pv[0],
         output_span=None if output is None else output[1] - output[0],
         minutes=tuning.reset_unit == "minutes",
         current_values=(tuning.gain, Decimal(0) if is_off else reset, tuning.rate),
         obstacle="it squares its error (error.curve)" if loop.error.curve == "squared" else "",
-        no_derivative="its derivative_gain_limit of 0 removes the derivative" if limited and not limit else "",
+        no_derivative="its derivative_gain_limit of 0 removes the derivative" if has_limit and not limit else "",
         off_texts=("off", "0"),
         sample_time=float(loop.sample_rate),
-        pv_share=share if filtered and 0 < share <= 1 else 1.0,
-        derivative_limit=float(limit) if limited and limit else None,
+        pv_share=filter_factor if has_filter and 0 < filter_factor <= 1 else 1.0,
+        derivative_limit=float(limit) if has_limit and limit else None,
     )

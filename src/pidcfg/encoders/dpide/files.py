@@ -8,16 +8,16 @@ from dataclasses import dataclass, replace
 
 from pidcfg.encoders.dpide.st_read import read_st
 from pidcfg.encoders.dpide.st_scope import (
-    ALWAYS,
+    ALWAYS_ON_BIT,
     EN,
     ENABLE_INTERRUPTS,
-    IN_OUT,
-    INSTANCE,
+    IN_OUT_OPERANDS,
+    INSTANCE_SUFFIX,
     INSTRUCTION,
     PROGRAM,
     PULSES,
     TIMER,
-    WIDTH,
+    WIDTH_SUFFIX,
     read_symbols,
 )
 from pidcfg.encoders.dpide.symbols import (
@@ -34,7 +34,7 @@ from pidcfg.encoders.dpide.symbols import (
     write_symbols,
 )
 from pidcfg.encoders.listing import FileKind, UnwritableError, column_names
-from pidcfg.encoders.maps.dpide import DPIDE_TABLE, OUTSIDE, ROWS, WRITTEN, WRITTEN_BY_AUTOTUNE
+from pidcfg.encoders.maps.dpide import AUTOTUNE_OPERANDS, DPIDE_TABLE, PROCESS_OPERANDS, ROWS, WRITERS
 from pidcfg.encoders.modbus_map import Device, Point, Symbols, map_kind, symbol_template_rows
 from pidcfg.encoders.parameter_files import parameter_listings
 from pidcfg.encoders.parameters import Entry, Parameter, Program
@@ -43,7 +43,7 @@ from pidcfg.encoders.structured_text import comment_text, first_word_offset, lit
 from pidcfg.schemas.dpide import BIT, BITS, FLAG, REGISTER, Call, DpideFile, Loop, LoopSettings, device_range
 from pidcfg.text.references import Decision
 
-OFFERED = ("PV", "MV", "PID_RUN", "PID_MAN", "PID_MODE")
+TREND_OPERANDS = ("PV", "MV", "PID_RUN", "PID_MAN", "PID_MODE")
 """Operands that run, and that a trend or an operator wants."""
 UNIT_START = re.compile(r"(?:PROGRAM|FUNCTION_BLOCK|VAR(?:_[A-Z_]+)?)\s", re.IGNORECASE)
 CALL_START = re.compile(r"^[^,;#\"]*\bDPIDE\s*\(", re.IGNORECASE | re.MULTILINE)
@@ -77,10 +77,10 @@ class Instruction:
         follows = bool(self.cells["MOUT_AUTO"].raw) or "MOUT_AUTO" in self.devices
         return (
             operand in self.devices
-            or operand in OUTSIDE
-            or (tunes and operand in WRITTEN_BY_AUTOTUNE)
+            or operand in PROCESS_OPERANDS
+            or (tunes and operand in AUTOTUNE_OPERANDS)
             or (follows and operand == "MOUT")
-            or (self.call.function_block is not None and operand in IN_OUT)
+            or (self.call.function_block is not None and operand in IN_OUT_OPERANDS)
         )
 
     def operand_text(self, row: Parameter) -> str:
@@ -100,38 +100,40 @@ class Instruction:
                 note = comment_text(symbol.comment)
                 yield f"{symbol.name}{place} : {row.type.name}{value}; (* {note} *)"
         if self.call.GPWM is not None:
-            yield f"{identifier(self.name, WIDTH)} : INT; (* time on in ms, for {PULSES} *)"
+            yield f"{identifier(self.name, WIDTH_SUFFIX)} : INT; (* time on in ms, for {PULSES} *)"
         if self.call.function_block is not None:
-            yield f"{identifier(self.name, INSTANCE)} : {self.call.function_block};"
+            yield f"{identifier(self.name, INSTANCE_SUFFIX)} : {self.call.function_block};"
 
     @property
     def cycle_text(self) -> str:
         """What stands at CYCLE."""
         return self.operand_text(ROWS["CYCLE"])
 
-    def call_lines(self, sharing: list[Instruction]) -> Iterator[str]:
-        """The call, and what stands around it; ``sharing``: all loops with its timer, which runs once for them."""
+    def call_lines(self, sharers: list[Instruction]) -> Iterator[str]:
+        """The call, and what stands around it; ``sharers``: all loops with its timer, which runs once for them."""
         call, block = self.call, self.call.function_block
         arguments = {row.name: self.operand_text(row) for row in DPIDE_TABLE.rows}
         if block is None:
-            lines = call_text(INSTRUCTION, {EN: call.EN or ALWAYS}, arguments)
+            lines = call_text(INSTRUCTION, {EN: call.EN or ALWAYS_ON_BIT}, arguments)
         else:
-            lines = call_text(identifier(self.name, INSTANCE), {} if call.EN is None else {EN: call.EN}, arguments)
+            lines = call_text(
+                identifier(self.name, INSTANCE_SUFFIX), {} if call.EN is None else {EN: call.EN}, arguments
+            )
         yield f"(* {comment_text(self.name)} *)"
         if call.timer is None:
             yield from lines
         else:
-            if self is sharing[0]:
-                yield f"{TIMER}({ALWAYS}, {call.timer}, {self.cycle_text});"
+            if self is sharers[0]:
+                yield f"{TIMER}({ALWAYS_ON_BIT}, {call.timer}, {self.cycle_text});"
             yield f"IF {call.timer} THEN"
             yield from (f"    {line}" for line in lines)
-            if self is sharing[-1]:
+            if self is sharers[-1]:
                 yield f"    {call.timer} := FALSE;"
             yield "END_IF;"
         if call.GPWM is not None:
-            width = identifier(self.name, WIDTH)
+            width = identifier(self.name, WIDTH_SUFFIX)
             yield f"{width} := REAL_TO_INT({self.symbols['MV'].name});"
-            yield f"{PULSES}({ALWAYS}, {width}, {call.GPWM.cycle}, {call.GPWM.output});"
+            yield f"{PULSES}({ALWAYS_ON_BIT}, {width}, {call.GPWM.cycle}, {call.GPWM.output});"
 
 
 def call_text(name: str, enable: Mapping[str, str], arguments: Mapping[str, str]) -> list[str]:
@@ -202,16 +204,16 @@ def loops_of_timers(loops: Iterable[Instruction]) -> dict[str, list[Instruction]
 def function_blocks(loops: Iterable[Instruction]) -> list[str]:
     """The function blocks, each once; raises `UnwritableError` for one that takes another's name, or a symbol's."""
     loops = [*loops]
-    taken = {symbol.name.casefold() for loop in loops for symbol in loop.symbols.values()}
-    taken |= {identifier(loop.name, suffix).casefold() for loop in loops for suffix in (WIDTH, INSTANCE)}
-    taken |= {name.casefold() for name in (INSTRUCTION, TIMER, PULSES, ENABLE_INTERRUPTS, PROGRAM, "Main")}
+    names = {symbol.name.casefold() for loop in loops for symbol in loop.symbols.values()}
+    names |= {identifier(loop.name, suffix).casefold() for loop in loops for suffix in (WIDTH_SUFFIX, INSTANCE_SUFFIX)}
+    names |= {name.casefold() for name in (INSTRUCTION, TIMER, PULSES, ENABLE_INTERRUPTS, PROGRAM, "Main")}
     by_name: dict[str, str] = {}
     for loop in loops:
         block = loop.call.function_block
         if block is None:
             continue
         other = by_name.setdefault(block.casefold(), block)
-        if other != block or block.casefold() in taken:
+        if other != block or block.casefold() in names:
             raise UnwritableError(f"loop {loop.name}: the function block {block} has a name that something else has")
     return [*by_name.values()]
 
@@ -220,14 +222,14 @@ def function_block_text(name: str) -> Iterator[str]:
     """A function block with the instruction inside (D605)."""
     yield f"FUNCTION_BLOCK {name}"
     for section, rows in (
-        ("VAR_INPUT", [row for row in DPIDE_TABLE.rows if row.access == "input" and row.name not in IN_OUT]),
-        ("VAR_IN_OUT", [row for row in DPIDE_TABLE.rows if row.name in IN_OUT]),
+        ("VAR_INPUT", [row for row in DPIDE_TABLE.rows if row.access == "input" and row.name not in IN_OUT_OPERANDS]),
+        ("VAR_IN_OUT", [row for row in DPIDE_TABLE.rows if row.name in IN_OUT_OPERANDS]),
         ("VAR_OUTPUT", [row for row in DPIDE_TABLE.rows if row.access == "output"]),
     ):
         yield section
         yield from (f"    {row.name} : {row.type.name}; (* {comment_text(row.title)} *)" for row in rows)
         yield "END_VAR"
-    yield from call_text(INSTRUCTION, {EN: ALWAYS}, {row.name: row.name for row in DPIDE_TABLE.rows})
+    yield from call_text(INSTRUCTION, {EN: ALWAYS_ON_BIT}, {row.name: row.name for row in DPIDE_TABLE.rows})
     yield "END_FUNCTION_BLOCK"
 
 
@@ -260,7 +262,7 @@ FORMATS = {
         merge=merge_symbols,
         is_complete=False,
     ),
-    "modbus-map": map_kind(lambda image: symbol_template_rows(points(image), OFFERED)),
+    "modbus-map": map_kind(lambda image: symbol_template_rows(points(image), TREND_OPERANDS)),
 }
 
 
@@ -273,7 +275,7 @@ def checklist(config: DpideFile) -> tuple[str, ...]:
         f"nothing else in the program may use the registers of I_MV: {blocks}",
         f"direction of control: {'; '.join(_direction_text(loop) for loop in config.loops)}",
     ]
-    numbers = [f"{loop.name} {', '.join(rows)}" for loop in config.loops if (rows := _without_device(loop))]
+    numbers = [f"{loop.name} {', '.join(rows)}" for loop in config.loops if (rows := _unplaced_operands(loop))]
     if numbers:
         items.append(
             f"give these operands devices in the program, since they change while it runs: {'; '.join(numbers)}"
@@ -310,11 +312,11 @@ def _direction_text(loop: Loop) -> str:
     return f"{loop.name} PID_DIR FALSE, MV rises while PV is above SV (cooling)"
 
 
-def _without_device(loop: Loop) -> list[str]:
+def _unplaced_operands(loop: Loop) -> list[str]:
     """Operands that the PLC may write and that have no device in the file."""
     written_operands = [
-        *OUTSIDE,
-        *(WRITTEN_BY_AUTOTUNE if loop.PID_MODE == 1 else ()),
+        *PROCESS_OPERANDS,
+        *(AUTOTUNE_OPERANDS if loop.PID_MODE == 1 else ()),
         *(["MOUT"] if loop.MOUT_AUTO else []),
     ]
     return [name for name in written_operands if name != "I_MV" and name not in loop.devices.by_operand()]
@@ -332,7 +334,7 @@ D895 = Decision(
 SIGNALS = {"PV": "PV", "SV": "SP", "MV": "OUT"}
 """Operands that are columns of a trend."""
 MODE_KEYS = ("PID_RUN", "PID_MAN", "PID_MODE")
-MOST = {"coil": 256, "discrete": 256, "holding": 100, "input": 100}
+MAX_PER_REQUEST = {"coil": 256, "discrete": 256, "holding": 100, "input": 100}
 """What one request may ask of an AS (D895)."""
 LITERALS = True
 """An operand without a device is a number of the program."""
@@ -371,7 +373,7 @@ def _loop_points(program: Program, entry: object) -> Iterator[Point]:
     contents = {cell.field: cell.raw for cell in program.cells if cell.loop == loop}
     values = {row.name: contents.get(row.name, row.type.default) for row in DPIDE_TABLE.rows}
     for row in DPIDE_TABLE.rows:
-        writer = writer_of(WRITTEN, row.name, values)
+        writer = writer_of(WRITERS, row.name, values)
         is_live = writer is not None and writer.kind == "live"
         device = devices.get(row.name, "")
         is_setting = row.name in contents and not is_live

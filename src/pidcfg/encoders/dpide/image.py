@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from pidcfg.encoders.codecs import DecodeError
 from pidcfg.encoders.image import Decoded, Settings
-from pidcfg.encoders.maps.dpide import DPIDE_TABLE, LOOPS, NEEDED, TUNED
+from pidcfg.encoders.maps.dpide import DPIDE_TABLE, LOOPS, REQUIRED_OPERANDS, TUNING_NUMBERS
 from pidcfg.encoders.parameters import Content, UnknownContent
 from pidcfg.encoders.regmap import LoopTuning
 from pidcfg.schemas.dpide import MAX_CYCLE, MIN_CYCLE, DpideFile, Loop
@@ -35,7 +35,7 @@ def decode(
     """
     places = {name: content.text[:40] for name, content in words.items() if isinstance(content, UnknownContent)}
     for name, place in places.items():
-        if LOOPS.split_name(name)[1] in NEEDED:
+        if LOOPS.split_name(name)[1] in REQUIRED_OPERANDS:
             cure = "name a symbol table beside the program, or declare its initial value"
             raise DecodeError(f"{name} stands in {place}, and nothing says what it holds; {cure}", name)
     decoded = LOOPS.decode({name: words[name] for name in words if name not in places}, settings, plc, options)
@@ -60,7 +60,7 @@ def tuning_of(config: DpideFile, loop: Loop) -> LoopTuning:
     task = config.plc.interrupt_task
     seconds = float(min(max(loop.CYCLE, MIN_CYCLE), MAX_CYCLE) if task is None else task) / MS_PER_SECOND
     return LoopTuning(
-        TUNED,
+        TUNING_NUMBERS,
         raises_pv=loop.PID_DIR,
         independent=not loop.PID_EQ,
         current_values=(loop.Kc_Kp, loop.Ti_Ki, loop.Td_Kd),
@@ -80,7 +80,7 @@ D256 = Decision(
     "A cut name could be that of another loop. An export of ISPSoft with 1,317 symbols has names of up to 34 "
     "characters, 1,088 of them of more than 16; none is known with a longer one.",
 )
-MAX_SYMBOL = 34
+MAX_SYMBOL_LENGTH = 34
 IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 WORD_BREAK = re.compile(r"[ .\-/#]+")
 SUFFIXES = {
@@ -101,7 +101,7 @@ SUFFIXES = {
     "I_MV": "IMV",
 }
 """Ends of identifiers; the others are the operand's name."""
-MAX_LOOP_NAME = MAX_SYMBOL - 1 - max(len(SUFFIXES.get(row.name, row.name)) for row in DPIDE_TABLE.rows)
+MAX_LOOP_NAME = MAX_SYMBOL_LENGTH - 1 - max(len(SUFFIXES.get(row.name, row.name)) for row in DPIDE_TABLE.rows)
 
 
 def symbol_name(loop: str, operand: str) -> str:

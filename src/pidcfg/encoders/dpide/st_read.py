@@ -8,16 +8,16 @@ from typing import Any, NamedTuple
 
 from pidcfg.encoders.dpide.image import SUFFIXES, WORD_BREAK
 from pidcfg.encoders.dpide.st_scope import (
-    ALWAYS,
+    ALWAYS_ON_BIT,
     EN,
     ENABLE_INTERRUPTS,
-    IN_OUT,
-    INSTANCE,
+    IN_OUT_OPERANDS,
+    INSTANCE_SUFFIX,
     INSTRUCTION,
     OPERAND_NAMES,
     PULSES,
+    SYMBOL_OPERANDS,
     TIMER,
-    WITHOUT_NUMBER,
     Binding,
     Guard,
     Scope,
@@ -51,11 +51,11 @@ from pidcfg.text.signs import closest_name
 JUMPS = frozenset(("RETURN", "JMP"))
 LATCH_WORDS = frozenset(("S", "R", "REF"))
 """Words before ``=`` with which a statement sets its variable."""
-OPENERS = frozenset(("THEN", "ELSE", "DO", "REPEAT", ":", ";"))
+STATEMENT_OPENERS = frozenset(("THEN", "ELSE", "DO", "REPEAT", ":", ";"))
 """Behind which a statement begins."""
-FROM_OUTSIDE = ("PV", "MV")
+PROCESS_OPERANDS = ("PV", "MV")
 """Operands whose value comes from the process or the instruction, wherever else they are used."""
-IN_A_CALL = f"stands in a call that is not {INSTRUCTION}'s, and may be written there,"
+OTHER_CALL_NOTE = f"stands in a call that is not {INSTRUCTION}'s, and may be written there,"
 
 
 def use_notes(step: Step, operands: Mapping[str, str]) -> Iterator[str]:
@@ -69,40 +69,40 @@ def use_notes(step: Step, operands: Mapping[str, str]) -> Iterator[str]:
         if operand is not None:
             yield f"{operand} is assigned in line {tokens[0].line}, which is not carried over"
             return
-    noted = set[tuple[str, int]]()
+    noted_operands = set[tuple[str, int]]()
     for at, token in enumerate(tokens):
         operand = operands.get(token.upper) if token.kind == NAME else None
         use = "" if operand is None else _describe_use(tokens, at)
         if (
             operand is None
             or not use
-            or (use == IN_A_CALL and operand.endswith(FROM_OUTSIDE))
-            or (operand, token.line) in noted
+            or (use == OTHER_CALL_NOTE and operand.endswith(PROCESS_OPERANDS))
+            or (operand, token.line) in noted_operands
         ):
             continue
-        noted.add((operand, token.line))
+        noted_operands.add((operand, token.line))
         yield f"{operand} {use} in line {token.line}, which is not carried over"
 
 
-def _describe_use(tokens: tuple[Token, ...], at: int) -> str:
+def _describe_use(tokens: tuple[Token, ...], i: int) -> str:
     """How a name is used where it stands; empty: it is only read."""
-    next_token, second_token = tokens[at + 1], tokens[min(at + 2, len(tokens) - 1)]
+    next_token, second_token = tokens[i + 1], tokens[min(i + 2, len(tokens) - 1)]
     latched = next_token.upper in LATCH_WORDS and second_token.text == "="
-    if (next_token.text == ":=" and _parenthesis_depth(tokens, at) == 0) or tokens[at - 1].text == "=>" or latched:
+    if (next_token.text == ":=" and _parenthesis_depth(tokens, i) == 0) or tokens[i - 1].text == "=>" or latched:
         return "is assigned"
-    return IN_A_CALL if next_token.text != ":=" and _is_argument(tokens, at) else ""
+    return OTHER_CALL_NOTE if next_token.text != ":=" and _is_argument(tokens, i) else ""
 
 
-def _parenthesis_depth(tokens: tuple[Token, ...], at: int) -> int:
-    return sum((token.text == "(") - (token.text == ")") for token in tokens[:at])
+def _parenthesis_depth(tokens: tuple[Token, ...], i: int) -> int:
+    return sum((token.text == "(") - (token.text == ")") for token in tokens[:i])
 
 
-def _is_argument(tokens: tuple[Token, ...], at: int) -> bool:
+def _is_argument(tokens: tuple[Token, ...], index: int) -> bool:
     """Whether a name alone is an argument of a call that is a statement, or of one inside."""
-    previous, following = tokens[at - 1].text, tokens[at + 1].text
+    previous, following = tokens[index - 1].text, tokens[index + 1].text
     if previous not in {"(", ",", ":="} or following not in {")", ","}:
         return False
-    start = max((i for i in range(at) if tokens[i].upper in OPENERS), default=-1) + 1
+    start = max((i for i in range(index) if tokens[i].upper in STATEMENT_OPENERS), default=-1) + 1
     return tokens[start].kind == NAME and tokens[start + 1].text == "("
 
 
@@ -238,7 +238,7 @@ class Calls:
         scope, steps = self.scope_of(unit), [step for step in unit.steps if step.first_token.upper == INSTRUCTION]
         if not steps or unit.name is None:
             for step in unit.steps:
-                self._refuse_inside(step)
+                self._refuse_nested(step)
                 self.other_steps.append((scope, step))
             return
         if len(steps) > 1:
@@ -287,7 +287,7 @@ class Calls:
             elif word == PULSES and is_call:
                 self.pulses.append((step, _call_values(step)))
             elif join_tokens(step.tokens[:-1]).upper() != f"{ENABLE_INTERRUPTS}()":
-                self._refuse_inside(step)
+                self._refuse_nested(step)
                 self.other_steps.append((scope, step))
 
     def _add_instance(self, step: Step, template: Template, scope: Scope) -> None:
@@ -334,7 +334,7 @@ class Calls:
             raise step.first_token.error(f"{INSTRUCTION} has {count} here; write {', '.join(missing)}, too")
         return {name: arguments_of_call[name.upper()][1] for name in OPERAND_NAMES}
 
-    def _refuse_inside(self, step: Step) -> None:
+    def _refuse_nested(self, step: Step) -> None:
         """Refuses an instruction inside a statement where nobody knows how often it is executed, or what it gives."""
         for at, token in enumerate(step.tokens):
             is_name = token.kind == NAME and (not at or step.tokens[at - 1].text != ".")
@@ -465,10 +465,10 @@ class _Reader:
     def _is_global(self, unit: Any, item: Any) -> bool:
         return unit.name is None or item.section in {"VAR_GLOBAL", "VAR_EXTERNAL"}
 
-    def _describe_loops(self, places: list[Comment]) -> dict[str, tuple[Mapping[str, object], Comment]]:
+    def _describe_loops(self, comments: list[Comment]) -> dict[str, tuple[Mapping[str, object], Comment]]:
         """What the comments say of each loop, by how its symbols begin."""
         by_stem: dict[str, tuple[Mapping[str, Any], Comment]] = {}
-        for entry, place in zip(self.listing.settings, places, strict=True):
+        for entry, place in zip(self.listing.settings, comments, strict=True):
             name = entry.get("loop")
             if not isinstance(name, str):
                 raise ListingError("the comment names no loop", place.line, place.column)
@@ -488,12 +488,12 @@ class _Reader:
                 f"{name} is called again, after line {line}: every call has an I_MV of its own"
             )
         self.loop_names[name.casefold()] = instruction.place
-        devices, without_place = {}, []
+        devices, unplaced = {}, []
         for operand, binding in instruction.operands.items():
             if binding.device:
                 devices[operand] = binding.device
-            elif binding.symbol and operand not in WITHOUT_NUMBER:
-                without_place.append(operand)
+            elif binding.symbol and operand not in SYMBOL_OPERANDS:
+                unplaced.append(operand)
             if binding.symbol or binding.device:
                 self.listing.symbols[f"{name}.{operand}"] = binding
             self._add_word(name, operand, instruction)
@@ -506,7 +506,7 @@ class _Reader:
     def _loop_entry(self, number: int, instruction: Instruction) -> Data:
         """What the comments say of the loop; its name without one is that of its symbols, or its number."""
         stems = [instruction.operands["I_MV"].symbol, instruction.instance]
-        for text, suffix in zip(stems, (SUFFIXES["I_MV"], INSTANCE), strict=True):
+        for text, suffix in zip(stems, (SUFFIXES["I_MV"], INSTANCE_SUFFIX), strict=True):
             stem = text[: -len(suffix) - 1] if text.casefold().endswith(f"_{suffix}".casefold()) else ""
             if stem.casefold() in self.described_loops:
                 return dict(self.described_loops.pop(stem.casefold())[0])
@@ -555,7 +555,7 @@ class _Reader:
         enable = timer = None
         for tokens, plain in conditions:
             text = join_tokens(tokens).upper()
-            if not tokens or (plain and text in {ALWAYS, "TRUE"}):
+            if not tokens or (plain and text in {ALWAYS_ON_BIT, "TRUE"}):
                 continue
             flag = instruction.scope.flag_device(tokens) if plain else None
             if plain and timer is None and self._is_timer(text, name, instruction):
@@ -605,7 +605,7 @@ class _Reader:
         output = instruction.operands["MV"].text.upper()
         for step, width, values in self.pulses.get(f"REAL_TO_INT({output})", ()):
             flag = instruction.scope.flag_device(values[3])
-            if flag is None or join_tokens(values[0]).upper() not in {ALWAYS, "TRUE"}:
+            if flag is None or join_tokens(values[0]).upper() not in {ALWAYS_ON_BIT, "TRUE"}:
                 continue
             cycle = self._milliseconds(values[2], instruction.scope)
             if cycle is not None:
@@ -639,7 +639,7 @@ class _Reader:
             inputs = [
                 join_tokens(value)
                 for name, value in template.operands.items()
-                if name in IN_OUT
+                if name in IN_OUT_OPERANDS
                 and name != "MOUT"
                 and template.sections.get(join_tokens(value).upper()) == "VAR_INPUT"
             ]

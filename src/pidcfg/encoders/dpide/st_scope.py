@@ -10,7 +10,7 @@ from typing import NamedTuple
 from pidcfg.encoders.dpide.image import SUFFIXES
 from pidcfg.encoders.dpide.symbols import Row, Table, parse_symbols, registers_of, units_in_comments
 from pidcfg.encoders.listing import Listing, ListingError
-from pidcfg.encoders.maps.dpide import DPIDE_TABLE, OUTSIDE, ROWS, WRITTEN_BY_AUTOTUNE
+from pidcfg.encoders.maps.dpide import AUTOTUNE_OPERANDS, DPIDE_TABLE, PROCESS_OPERANDS, ROWS
 from pidcfg.encoders.parameter_files import ParameterListing
 from pidcfg.encoders.parameters import Content, Parameter, UnknownContent, read_content
 from pidcfg.encoders.structured_text import (
@@ -21,7 +21,7 @@ from pidcfg.encoders.structured_text import (
     STATEMENT_ENDS,
     TRUTHS,
     TYPED_LITERAL,
-    VARIABLES,
+    VARIABLE_KEYWORDS,
     Comment,
     Cursor,
     Declaration,
@@ -118,21 +118,21 @@ D609 = Decision(
 
 INSTRUCTION, TIMER, PULSES, ENABLE_INTERRUPTS = "DPIDE", "TMRH", "GPWM", "EI"
 EN = "EN"
-ALWAYS = "SM400"
+ALWAYS_ON_BIT = "SM400"
 """The bit that enables what is always executed (D604)."""
-IN_OUT = (*WRITTEN_BY_AUTOTUNE, "MOUT", "I_MV")
+IN_OUT_OPERANDS = (*AUTOTUNE_OPERANDS, "MOUT", "I_MV")
 """What a function block has as VAR_IN_OUT (D605)."""
 OPERAND_NAMES = tuple(row.name for row in DPIDE_TABLE.rows)
 """All operands in the manual's order."""
-WITHOUT_NUMBER = frozenset(OUTSIDE)
+SYMBOL_OPERANDS = frozenset(PROCESS_OPERANDS)
 """Operands that cannot be numbers: the process or the instruction writes them."""
 PROGRAM = "PidLoops"
-WIDTH, INSTANCE = "WIDTH", "FB"
+WIDTH_SUFFIX, INSTANCE_SUFFIX = "WIDTH", "FB"
 """Suffixes of the variable with the width of the pulses, and of the instance of a function block."""
 
 # --- A text as programs and function blocks, and their statements one by one with the conditions around them ----------
 
-UNITS = ("PROGRAM", "FUNCTION_BLOCK")
+UNIT_KEYWORDS = ("PROGRAM", "FUNCTION_BLOCK")
 SKIPPED_UNITS = ("FUNCTION", "TYPE")
 """What has no place for the instruction, and is left out up to its end."""
 THEN_WORD = frozenset(("THEN",))
@@ -175,17 +175,17 @@ class Unit:
 def units_of(text: str) -> tuple[list[Unit], list[Comment], list[int]]:
     """Units, comments, and the lines of what is skipped; raises `ListingError` at what cannot be read."""
     tokens, comments = tokens_of(text)
-    cursor, outside, skipped_lines = Cursor(tokens), Unit(), list[int]()
-    units = [outside]
+    cursor, outer_unit, skipped_lines = Cursor(tokens), Unit(), list[int]()
+    units = [outer_unit]
     while cursor.next_token.kind != END:
         word = cursor.next_token.upper if cursor.next_token.kind == NAME else ""
-        if word in UNITS:
+        if word in UNIT_KEYWORDS:
             units.append(_read_unit(cursor))
         elif word in SKIPPED_UNITS:
             skipped_lines.append(cursor.next_token.line)
             _skip_unit(cursor)
         else:
-            _read_part(cursor, outside)
+            _read_part(cursor, outer_unit)
     return units, comments, skipped_lines
 
 
@@ -197,7 +197,7 @@ def _read_unit(cursor: Cursor) -> Unit:
         raise name.error(f"a name is missing after {head.text}, before {name.text!r}")
     unit, end = Unit(head.upper, name), f"END_{head.upper}"
     while cursor.next_token.upper != end:
-        if cursor.next_token.kind == END or cursor.next_token.upper in UNITS:
+        if cursor.next_token.kind == END or cursor.next_token.upper in UNIT_KEYWORDS:
             raise head.error(f"{head.text} {name.text} has no {end}")
         _read_part(cursor, unit)
     cursor.take_token()
@@ -206,7 +206,7 @@ def _read_unit(cursor: Cursor) -> Unit:
 
 def _read_part(cursor: Cursor, unit: Unit) -> None:
     """A block of variables, or a statement."""
-    if cursor.next_token.kind == NAME and cursor.next_token.upper in VARIABLES:
+    if cursor.next_token.kind == NAME and cursor.next_token.upper in VARIABLE_KEYWORDS:
         unit.declarations += read_declarations(cursor)
         return
     if cursor.next_token.kind == NAME and (
@@ -252,12 +252,12 @@ def _body_steps(cursor: Cursor, guards: tuple[Guard, ...]) -> Iterator[Step]:
 
 # --- What the names of a program are, and what stands at an operand: a number, a symbol, or a device of the PLC -------
 
-DEVICE = re.compile(r"(?:X|Y|M|SM|S|D|SR|T|C|HC|E|FR)\d+(?:\.\d+)?", re.IGNORECASE)
-CONSTANT = re.compile(r"([KF])([-+]?[0-9.]+(?:E[-+]?[0-9]+)?)", re.IGNORECASE)
+DEVICE_PATTERN = re.compile(r"(?:X|Y|M|SM|S|D|SR|T|C|HC|E|FR)\d+(?:\.\d+)?", re.IGNORECASE)
+CONSTANT_PATTERN = re.compile(r"([KF])([-+]?[0-9.]+(?:E[-+]?[0-9]+)?)", re.IGNORECASE)
 """A number with its sign of ISPSoft before it: K whole, F real."""
 COMPATIBLE_TYPES = {"DINT": frozenset(("DINT", "DWORD"))}
 """Types of a variable that an operand takes; the manual's table has both of these."""
-WHOLE_NUMBER = re.compile(r"[-+]?[0-9]+")
+WHOLE_NUMBER_PATTERN = re.compile(r"[-+]?[0-9]+")
 SIGNS = {"+", "-"}
 
 
@@ -317,7 +317,7 @@ class Scope:
             if upper in self.symbols:
                 raise declaration.name.error(f"{declaration.name.text} is declared again")
             device = join_tokens(declaration.address).upper()
-            if device and not DEVICE.fullmatch(device):
+            if device and not DEVICE_PATTERN.fullmatch(device):
                 text = join_tokens(declaration.address)
                 raise declaration.address[0].error(f"{text[:40]} is no device of the PLC; write it like D100 or M10")
             self.symbols[upper] = Symbol(declaration, device)
@@ -334,11 +334,11 @@ class Scope:
             self._check_type(row, symbol, first)
             device = device_of(row, symbol.device, first) if symbol.device else ""
             return Binding(tokens, device=device, symbol=symbol.name, declared_symbol=symbol)
-        if DEVICE.fullmatch(text):
+        if DEVICE_PATTERN.fullmatch(text):
             device = device_of(row, text.upper(), first)
             return Binding(tokens, device=device, declared_symbol=self.by_device.get(device))
         if is_constant(tokens):
-            if row.name in WITHOUT_NUMBER:
+            if row.name in SYMBOL_OPERANDS:
                 who = "the process" if row.name == "PV" else "the instruction"
                 raise first.error(
                     f"{row.name}: {who} writes it, so that it cannot be {text}; write a symbol or a device"
@@ -346,10 +346,10 @@ class Scope:
             return Binding(tokens, content=constant_content(row, tokens))
         if len(tokens) == 1 and first.kind == NAME:
             return Binding(tokens, symbol=first.text)
-        kinds = "a symbol or a device" if row.name in WITHOUT_NUMBER else "a number, a symbol or a device"
+        kinds = "a symbol or a device" if row.name in SYMBOL_OPERANDS else "a number, a symbol or a device"
         raise first.error(f"{row.name}: {text[:60]} is an expression; an operand of DPIDE is {kinds}")
 
-    def _check_type(self, row: Parameter, symbol: Symbol, at: Token) -> None:
+    def _check_type(self, row: Parameter, symbol: Symbol, place: Token) -> None:
         declaration = symbol.declaration
         kind = " ".join(token.upper for token in declaration.type)
         types_allowed = COMPATIBLE_TYPES.get(row.type.name, frozenset((row.type.name,)))
@@ -357,12 +357,12 @@ class Scope:
             count = len(registers_of(" ".join(token.text for token in declaration.type), symbol.device or "D0"))
             if count >= BLOCK_REGISTERS:
                 return
-            raise at.error(
+            raise place.error(
                 f"I_MV takes {BLOCK_REGISTERS} registers; {symbol.name} has {count} (line {declaration.name.line})"
             )
         if kind not in types_allowed:
             types = " or ".join(sorted(types_allowed))
-            raise at.error(
+            raise place.error(
                 f"{row.name} is {types}; {symbol.name} is declared as {kind[:40]} in line {declaration.name.line}"
             )
 
@@ -393,7 +393,7 @@ def device_of(row: Parameter, device: str, token: Token) -> str:
 def is_constant(tokens: Sequence[Token]) -> bool:
     """Whether a number or a truth stands here, perhaps with a sign."""
     unsigned = [token for token in tokens if token.text not in SIGNS]
-    if CONSTANT.fullmatch(join_tokens(tokens)):
+    if CONSTANT_PATTERN.fullmatch(join_tokens(tokens)):
         return True
     return len(unsigned) == 1 and (
         unsigned[0].kind in {NUMBER, TYPED_LITERAL} or (unsigned[0].kind == NAME and unsigned[0].upper in TRUTHS)
@@ -424,10 +424,10 @@ def constant_content(row: Parameter, tokens: Sequence[Token], *, initial: bool =
 def _literal_value(tokens: Sequence[Token]) -> tuple[bool | int | float, str]:
     """The value of a literal and what it is: bool, whole, real or time."""
     has_sign = tokens[0].text in SIGNS
-    match = CONSTANT.fullmatch(join_tokens(tokens))
+    match = CONSTANT_PATTERN.fullmatch(join_tokens(tokens))
     if match is not None:
         text = match.group(2)
-        if match.group(1).upper() == "K" and not WHOLE_NUMBER.fullmatch(text):
+        if match.group(1).upper() == "K" and not WHOLE_NUMBER_PATTERN.fullmatch(text):
             raise tokens[0].error(f"{join_tokens(tokens)[:40]}: K stands before whole numbers")
         try:
             return (int(text), "whole") if match.group(1).upper() == "K" else (float(text), "real")

@@ -19,7 +19,7 @@ from pidcfg.encoders.listing import (
     settings_comments,
     table_rows,
 )
-from pidcfg.encoders.maps.dpide import DPIDE_TABLE, LOOPS, OUTSIDE, ROWS
+from pidcfg.encoders.maps.dpide import DPIDE_TABLE, LOOPS, PROCESS_OPERANDS, ROWS
 from pidcfg.encoders.parameter_files import content_of, read_csv, read_json, safe_cell
 from pidcfg.encoders.parameters import Entry, Parameter, Program, content_text
 from pidcfg.schemas.base import parse_name
@@ -89,7 +89,7 @@ def read_operands(text: str) -> Listing:
         if row["value"]:
             name = f"{loop}.{operand}"
             listing.add(name, content_of(row["value"], kind.type, name, number), name, number)
-        elif operand not in OUTSIDE:
+        elif operand not in PROCESS_OPERANDS:
             raise ListingError(f"{loop}.{operand} has no value", number)
         _take_device(devices.setdefault(loop, {}), operand, row.get("device", ""), number)
     _take_devices(listing, devices)
@@ -215,7 +215,7 @@ def make_symbols(image: Program) -> Iterator[Symbol]:
             other = loops_by_name.setdefault(name.casefold(), str(settings["loop"]))
             if other != settings["loop"]:
                 raise UnwritableError(f"loops {other} and {settings['loop']} would share the symbol {name}")
-            content = "" if row.name in OUTSIDE else content_text(row.type, contents[row.name].content)
+            content = "" if row.name in PROCESS_OPERANDS else content_text(row.type, contents[row.name].content)
             content = ZERO_TEXT if content == "0.0" else content
             comment = _plain_comment(", ".join(_comment_parts(row, settings, dependent=dependent)))
             device = device_of(settings, row.name) or ""
@@ -295,8 +295,8 @@ TYPE_REGISTERS = {
     "LREAL": 4,
 }
 """Registers that a value of a type takes; a bit none but its own."""
-ARRAY = re.compile(r"ARRAY\s*\[\s*(\d{1,6})\s*\.\.\s*(\d{1,6})\s*\]\s*OF\s+(\w+)", re.IGNORECASE)
-REGISTER = re.compile(r"D(\d{1,6})")
+ARRAY_PATTERN = re.compile(r"ARRAY\s*\[\s*(\d{1,6})\s*\.\.\s*(\d{1,6})\s*\]\s*OF\s+(\w+)", re.IGNORECASE)
+REGISTER_PATTERN = re.compile(r"D(\d{1,6})")
 
 
 @frozen
@@ -383,10 +383,10 @@ def _cell_spans(line: str) -> Iterator[tuple[int, int]]:
 
 def registers_of(kind: str, address: str) -> range:
     """The D registers of a symbol: none on other devices, and one where the type's length is not known."""
-    match = REGISTER.fullmatch(address.split(".", maxsplit=1)[0])
+    match = REGISTER_PATTERN.fullmatch(address.split(".", maxsplit=1)[0])
     if match is None:
         return range(0)
-    first, array = int(match[1]), ARRAY.fullmatch(kind)
+    first, array = int(match[1]), ARRAY_PATTERN.fullmatch(kind)
     words = TYPE_REGISTERS.get((array[3] if array else kind).upper(), 1)
     if array:
         words *= int(array[2]) - int(array[1]) + 1

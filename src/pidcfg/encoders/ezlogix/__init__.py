@@ -46,19 +46,19 @@ def _read_counts(text: str) -> tuple[int, int]:
 
 
 # fmt: off
-BLOCKS = (
+BLOCK_OPTIONS = (
     Option("registers", "R,R…", "Where each loop's registers begin.", "R100,R132",
            read_per_loop(_read_block_address("registers")), needed=True),
     Option("discretes", "S,S…", "Where each loop's discretes begin.", "S100,S108",
            read_per_loop(_read_block_address("discretes")), needed=True),
 )
-DIALOG = (
+DIALOG_OPTIONS = (
     Option("action", "direct|reverse,…", "Each loop's controller action; reverse is heating.", "reverse",
            read_per_loop(read_choice("direct", "reverse")), needed=True),
     Option("algorithm", "position|velocity,…", "Each loop's algorithm.", "position",
            read_per_loop(read_choice("position", "velocity")), needed=True),
 )
-TAGS = (
+TAG_OPTIONS = (
     Option("pv_tag", "IR|R,…", "The tag of each loop's PV.", "IR1,IR2",
            read_per_loop(_read_tag("IR", "R")), needed=True),
     Option("cv_tag", "OR|R,…", "The tag of each loop's CV.", "OR1,OR2",
@@ -69,5 +69,5 @@ TAGS = (
 PV_COUNTS = Option("pv_counts", "LOW-HIGH,…", "Counts at both ends of each loop's PV range.", "0-32767",
                    read_per_loop(_read_counts))
 # fmt: on
-DECODE_OPTIONS = (*BLOCKS, *DIALOG, *TAGS)
-CONVERT_OPTIONS = (*BLOCKS, *TAGS, PV_COUNTS)
+DECODE_OPTIONS = (*BLOCK_OPTIONS, *DIALOG_OPTIONS, *TAG_OPTIONS)
+CONVERT_OPTIONS = (*BLOCK_OPTIONS, *TAG_OPTIONS, PV_COUNTS)

@@ -10,8 +10,8 @@ from pidcfg.encoders.codecs import Choice, Distance, Implied, Position
 from pidcfg.encoders.image import Cell, Image
 from pidcfg.encoders.listing import (
     CONFLICT,
-    LOOP,
-    PLC,
+    LOOP_PREFIX,
+    PLC_PREFIX,
     FileKind,
     Listing,
     ListingError,
@@ -52,7 +52,7 @@ D156 = Decision(
 )
 
 COLUMNS = ("tag", "address", "type", "value", "loop", "field", "comment")
-NUMBER = re.compile(r"[0-9]{1,5}")
+NUMBER_PATTERN = re.compile(r"[0-9]{1,5}")
 BYTE_ORDER_MARK = "\ufeff"
 TABLES = {"R": R_BLOCK, "S": S_BLOCK}
 BLOCK_KEYS = {"R": "registers", "S": "discretes"}
@@ -131,9 +131,9 @@ def read_tags(text: str) -> Listing:
         if number is None or not value:
             continue
         kind = SPACE.kind_of(number)
-        raw = kind.read(int(value)) if NUMBER.fullmatch(value) else None
+        raw = kind.read(int(value)) if NUMBER_PATTERN.fullmatch(value) else None
         if raw is None:
-            raise ListingError(f"{row['tag']} ({row['address']}): the value {value[:40]!r} is not {kind.holds}", line)
+            raise ListingError(f"{row['tag']} ({row['address']}): the value {value[:40]!r} is not {kind.title}", line)
         listing.add(number, raw, row["address"], line)
     if not listing.settings:
         listing.settings = tuple(_loop_settings(rows))
@@ -224,7 +224,7 @@ def merge_tags(image: Image, text: str) -> tuple[str, tuple[str, ...]]:
 def _missing_comments(image: Image, listing: Listing) -> Iterator[str]:
     """The comment lines of loops that the list does not know yet."""
     loops = [entry.get("loop") for entry in listing.settings]
-    lines = [line for line in settings_comments(image) if line.startswith((PLC, LOOP))]
+    lines = [line for line in settings_comments(image) if line.startswith((PLC_PREFIX, LOOP_PREFIX))]
     if not listing.plc:
         yield lines[0]
     for entry, line in zip(image.settings, lines[1:], strict=True):
@@ -234,10 +234,10 @@ def _missing_comments(image: Image, listing: Listing) -> Iterator[str]:
 
 def _differing_settings(image: Image, listing: Listing) -> Iterator[str]:
     """What the user's list says otherwise of what no register holds, such as the action."""
-    pairs = [(PLC, listing.plc, image.plc)] if listing.plc else []
+    pairs = [(PLC_PREFIX, listing.plc, image.plc)] if listing.plc else []
     for entry in image.settings:
         same = [theirs for theirs in listing.settings if theirs.get("loop") == entry["loop"]]
-        pairs += [(f"{LOOP}{entry['loop']}", theirs, entry) for theirs in same]
+        pairs += [(f"{LOOP_PREFIX}{entry['loop']}", theirs, entry) for theirs in same]
     for name, theirs, own in pairs:
         keys = [key for key in {**theirs, **own} if theirs.get(key) != own.get(key)]
         if keys:

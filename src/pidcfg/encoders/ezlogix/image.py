@@ -24,7 +24,7 @@ from pidcfg.encoders.image import (
     with_options,
     without_none,
 )
-from pidcfg.encoders.maps.ezlogix import BANKS, BLOCKS, CV, MAP_SPACE, SPACE, TABLES, TUNED, counts_format
+from pidcfg.encoders.maps.ezlogix import BANKS, BLOCKS, CV, MAP_SPACE, SPACE, TABLES, TUNING_NUMBERS, counts_format
 from pidcfg.encoders.regmap import LoopTuning
 from pidcfg.schemas.ezlogix import (
     CV_FULL,
@@ -186,8 +186,8 @@ def _loop_data(settings: LoopSettings, registers: LoopBlock, discretes: LoopBloc
 
 # --- The two blocks of each EZLogix loop: no register says where they are, so a configuration or options do -----------
 
-PLACES = tuple(row for row in LOOP_OPTIONS if row.option in BANKS)
-FIELDS = {"registers": REGISTERS, "discretes": DISCRETES}
+ADDRESS_OPTIONS = tuple(row for row in LOOP_OPTIONS if row.option in BANKS)
+BLOCK_BANKS = {"registers": REGISTERS, "discretes": DISCRETES}
 MODE_REGISTERS = ("mode",)
 """The discrete that tells a loop's mode."""
 
@@ -199,15 +199,15 @@ def mode_of(raw: int) -> str:
 
 def areas(_words: Mapping[int, int], like: Image | None, options: Mapping[str, object]) -> list[Area]:
     """The blocks of all loops; raises `DecodeError` naming the option that is missing."""
-    entries = with_options(() if like is None else like.settings, options, PLACES)
+    entries = with_options(() if like is None else like.settings, options, ADDRESS_OPTIONS)
     return [
-        Area(SPACE.number_of(prefix, FIELDS[key].parse(entry[key])), table, str(entry["loop"]))
+        Area(SPACE.number_of(prefix, BLOCK_BANKS[key].parse(entry[key])), table, str(entry["loop"]))
         for entry in entries
         for key, (prefix, table) in BLOCKS.items()
     ]
 
 
-def tags(entry: Settings) -> Iterator[tuple[str, int, Position]]:
+def tag_positions(entry: Settings) -> Iterator[tuple[str, int, Position]]:
     """PV and output of a loop, which stand outside of its blocks: the signal, its register, and what it is on."""
     for signal, key, scale in (("PV", "pv", "pv"), ("OUT", "output", "output")):
         number = MAP_SPACE.parse(str(entry[key]["tag"]))
@@ -223,8 +223,8 @@ def tuning_of(_: EzlogixFile, loop: Loop) -> LoopTuning:
     tuning, pv, output = loop.tuning, loop.pv.range, loop.output.range
     counts = scales_of(loop.pv, loop.output, root=loop.pv.square_root)["sp"].format.span
     return LoopTuning(
-        TUNED,
-        raises_pv=loop.action == TUNED.heating,
+        TUNING_NUMBERS,
+        raises_pv=loop.action == TUNING_NUMBERS.heating,
         pv_span=None if pv is None else EXACT_CONTEXT.divide((pv[1] - pv[0]) * CV_FULL, counts),
         output_span=None if output is None else output[1] - output[0],
         current_values=(tuning.proportional_gain, tuning.integral_time, tuning.derivative_time),

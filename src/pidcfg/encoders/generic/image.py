@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import expm1
 
-from pidcfg.encoders.maps.generic import LOOPS, TUNED
+from pidcfg.encoders.maps.generic import LOOPS, TUNING_NUMBERS
 from pidcfg.encoders.regmap import LoopTuning
 from pidcfg.schemas.generic import GenericFile, Loop
 from pidcfg.text.references import Decision
@@ -73,7 +73,7 @@ def tuning_of(_: GenericFile, loop: Loop) -> LoopTuning:
     """The three numbers of a loop."""
     tuning, seconds = loop.tuning, float(loop.sample_time)
     return LoopTuning(
-        TUNED,
+        TUNING_NUMBERS,
         raises_pv=loop.output_raises_pv,
         current_values=(tuning.gain, tuning.integral_time, tuning.derivative_time),
         obstacle="" if tuning.proportional else "it acts without its proportional term (tuning.proportional)",

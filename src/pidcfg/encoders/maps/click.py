@@ -101,7 +101,7 @@ D1031 = Decision(
     "cell would be checked a second time. Who installs pidcfg gets no pymodbus of an older version with it.",
 )
 ADDRESS = re.compile(r"([A-Za-z]{1,3})([0-9]{1,7})([Uu]?)")
-HALVES = frozenset({"XD0U", "YD0U"})
+UPPER_HALVES = frozenset({"XD0U", "YD0U"})
 """The upper eight switches of a slot."""
 
 
@@ -124,7 +124,7 @@ def address_of(text: str) -> Address | None:
     n = int(digits)
     if bank not in ALL_BANKS or not any(first <= n <= last for first, last in ALL_BANKS[bank][0]):
         return None
-    if half and f"{bank}{n}{half}" not in HALVES:
+    if half and f"{bank}{n}{half}" not in UPPER_HALVES:
         return None
     return Address(bank, f"{bank}{n:03d}" if bank in {"X", "Y"} else f"{bank}{n}{half.lower()}")
 
@@ -238,7 +238,7 @@ DF_BLOCK = RegisterMap(
 
 # fmt: on
 
-TUNED = TuningWords(
+TUNING_NUMBERS = TuningWords(
     DF_BLOCK, "proportional_gain", "reset_time", "derivative_gain", "percent", Decimal(6000), "direct", "reverse"
 )
 """A reset time cannot be switched off; the longest one is as good."""
@@ -252,8 +252,8 @@ MODE_BITS = ("manual_indication", "auto_indication")
 BLOCKS = {"bits": ("C", C_BLOCK), "integers": ("DS", DS_BLOCK), "floats": ("DF", DF_BLOCK)}
 """Bank and map of each block, by the key that gives its address."""
 BANKS = {key: prefix for key, (prefix, _) in BLOCKS.items()}
-LOOPS = 8
-UNUSED = {"pv.filter": Decimal(100)}
+MAX_LOOPS = 8
+UNUSED_CONTENTS = {"pv.filter": Decimal(100)}
 """What a register holds whose function is not used and has no default, so that no error number comes from it."""
 
 
@@ -261,7 +261,7 @@ UNUSED = {"pv.filter": Decimal(100)}
 class PidError:
     """One of the PLC's PID errors: its number, the register, and its limits, both ends inclusive (None: no limit).
 
-    ``above`` names the register that this one may not exceed.
+    ``crossed`` names the register that this one may not exceed.
     """
 
     number: int
@@ -269,37 +269,37 @@ class PidError:
     title: str
     low: Decimal | None = None
     high: Decimal | None = None
-    above: str | None = None
+    crossed: str | None = None
 
 
-def _limited(register: str, title: str, bound: Limits) -> PidError:
+def _range_error(register: str, title: str, bound: Limits) -> PidError:
     low, high = (None if end is None else Decimal(end) for end in (bound.low, bound.high))
     number = int(str(bound.effect).removeprefix(limits.ERROR_PREFIX))
     return PidError(number, register, title, low, high)
 
 
 ERRORS = (
-    _limited("sample_rate", "sample rate", limits.SAMPLE_RATE),
-    _limited("derivative_gain_limit", "derivative gain limit", limits.GAIN_LIMIT),
-    _limited("pwm_period", "PWM period", limits.PWM_PERIOD),
-    _limited("filter", "PV filter constant", limits.FILTER),
+    _range_error("sample_rate", "sample rate", limits.SAMPLE_RATE),
+    _range_error("derivative_gain_limit", "derivative gain limit", limits.GAIN_LIMIT),
+    _range_error("pwm_period", "PWM period", limits.PWM_PERIOD),
+    _range_error("filter", "PV filter constant", limits.FILTER),
     PidError(20, "setpoint", "set point is not a number"),
     PidError(21, "setpoint_lower", "SP lower limit is not a number"),
     PidError(22, "setpoint_upper", "SP upper limit is not a number"),
-    PidError(23, "setpoint_lower", "SP lower limit above the upper limit", above="setpoint_upper"),
-    _limited("deadband", "error deadband", limits.DEADBAND),
+    PidError(23, "setpoint_lower", "SP lower limit above the upper limit", crossed="setpoint_upper"),
+    _range_error("deadband", "error deadband", limits.DEADBAND),
     PidError(25, "bias", "bias is not a number"),
-    _limited("proportional_gain", "proportional gain", limits.GAIN),
-    _limited("reset_time", "reset time", limits.RESET),
-    _limited("derivative_gain", "derivative gain", limits.DERIVATIVE),
+    _range_error("proportional_gain", "proportional gain", limits.GAIN),
+    _range_error("reset_time", "reset time", limits.RESET),
+    _range_error("derivative_gain", "derivative gain", limits.DERIVATIVE),
     PidError(30, "output_lower", "CO lower limit", low=Decimal(0)),
-    _limited("autotune_hysteresis", "autotune output hysteresis", limits.HYSTERESIS),
+    _range_error("autotune_hysteresis", "autotune output hysteresis", limits.HYSTERESIS),
 )
 """The errors in the order of their numbers; DSn+00 holds the lowest one that is active."""
-SETPOINT_CROSSED = next(error.number for error in ERRORS if error.above is not None)
+SETPOINT_CROSSED = next(error.number for error in ERRORS if error.crossed is not None)
 OUTPUT_BELOW_ZERO = next(error.number for error in ERRORS if error.register == "output_lower")
 
-WRITTEN = (
+WRITERS = (
     Writer("raw_pv", "live", "the program", CLICK.cite("Raw Process Variable (DFn+11)")),
     Writer(
         "output",
@@ -327,17 +327,17 @@ WRITTEN = (
 # --- The PID errors of the CLICK in words: the register, and what it may hold -----------------------------------------
 
 WORDS_BY_NAME = {word.name: word for table in TABLES for word in table.words}
-LABELS = {word.name: table.offset_text(word.offset) for table in TABLES for word in table.words}
+OFFSET_TEXTS = {word.name: table.offset_text(word.offset) for table in TABLES for word in table.words}
 
 
 def error_text(error: PidError) -> str:
     """An error with its register and what that may hold."""
-    return f"PID error {error.number}: {condition(error)}"
+    return f"PID error {error.number}: {condition_text(error)}"
 
 
-def condition(error: PidError) -> str:
+def condition_text(error: PidError) -> str:
     """What is wrong: the register, and what it may hold."""
-    where = f"{error.title} ({LABELS[error.register]})"
+    where = f"{error.title} ({OFFSET_TEXTS[error.register]})"
     unit = f" {WORDS_BY_NAME[error.register].unit}".rstrip().replace(" pv", "")
     codec = WORDS_BY_NAME[error.register].codec
     if isinstance(codec, Implied) and codec.decimals and error.low is not None and error.high is not None:
@@ -352,35 +352,39 @@ def condition(error: PidError) -> str:
 
 # --- What the CLICK's error numbers, requests and status bits mean for the plant: tables only -------------------------
 
-FORCED = "The loop stays in Manual, or falls back into it, until the error is gone."
-NOT_WRITTEN = "A value that was never written after the download (0) is the usual reason."
-INFERRED = "Which state is which is inferred, not printed in the help. Compare it with {shown} in the PID window before {before}."
-ALARM = "Off again when the PV is back by the hysteresis (DFn+20). The loop goes on as it is; only the bit tells it."
-UNCONFIRMED = "One public page says so; the help names a Mode Indication bit and no address, so nothing is built on it."
-COMPARE_MODE = "Compare it with the mode in the PID Monitor window, and never write it."
-MOMENT = "Set it for a moment; the PLC reads the change from 0 to 1."
+FORCED_TEXT = "The loop stays in Manual, or falls back into it, until the error is gone."
+UNWRITTEN_TEXT = "A value that was never written after the download (0) is the usual reason."
+INFERRED_TEXT = "Which state is which is inferred, not printed in the help. Compare it with {shown} in the PID window before {before}."
+ALARM_TEXT = (
+    "Off again when the PV is back by the hysteresis (DFn+20). The loop goes on as it is; only the bit tells it."
+)
+UNCONFIRMED_TEXT = (
+    "One public page says so; the help names a Mode Indication bit and no address, so nothing is built on it."
+)
+COMPARE_MODE_ADVICE = "Compare it with the mode in the PID Monitor window, and never write it."
+REQUEST_ADVICE = "Set it for a moment; the PLC reads the change from 0 to 1."
 
 # fmt: off
-WORDS = {
-    "action": Meaning(INFERRED.format(shown="Forward/Reverse", before="the first Auto"), "The wrong direction is a runaway: the "
+WORD_MEANINGS = {
+    "action": Meaning(INFERRED_TEXT.format(shown="Forward/Reverse", before="the first Auto"), "The wrong direction is a runaway: the "
                       "output goes to a limit and stays there. When it is compared, write action_verified: true.",
                       ("CK308",), D100),
-    "autotune_method": Meaning(INFERRED.format(shown="open or closed loop", before="the autotune"), "", (), D100),
-    "autotune_type": Meaning(INFERRED.format(shown="PID or PI", before="the autotune"), "", (), D100),
+    "autotune_method": Meaning(INFERRED_TEXT.format(shown="open or closed loop", before="the autotune"), "", (), D100),
+    "autotune_type": Meaning(INFERRED_TEXT.format(shown="PID or PI", before="the autotune"), "", (), D100),
     "error_code": Meaning("The lowest PID error that is active. 0: none. When it is cured, the next one shows up, so "
                           "look again after each cure.", "", ("CK309",), ERROR_LIST),
-    "manual_request": Meaning("Asks for Manual: the output then stays where it is put.", MOMENT, (), MODES),
-    "auto_request": Meaning("Asks for Auto; works only from Manual, and not while a PID error is active.", MOMENT, (), MODES),
+    "manual_request": Meaning("Asks for Manual: the output then stays where it is put.", REQUEST_ADVICE, (), MODES),
+    "auto_request": Meaning("Asks for Auto; works only from Manual, and not while a PID error is active.", REQUEST_ADVICE, (), MODES),
     "autotune_request": Meaning("Asks for the autotune; works only in Auto. Switched off again, it ends the autotune "
                                 "and the loop is back in Auto.", "Stay at the plant while it runs.", (), MODES),
-    "manual_indication": Meaning(f"On: the loop is in Manual, as it seems. {UNCONFIRMED}", COMPARE_MODE, (), D952),
-    "auto_indication": Meaning(f"On: the loop is in Auto, as it seems. {UNCONFIRMED}", COMPARE_MODE, (), D952),
-    "alarm_low_low": Meaning(f"The PV is below the low-low limit in DFn+13. {ALARM}", "", (), ALARMS),
-    "alarm_low": Meaning(f"The PV is below the low limit in DFn+14. {ALARM}", "", (), ALARMS),
-    "alarm_high": Meaning(f"The PV is above the high limit in DFn+15. {ALARM}", "", (), ALARMS),
-    "alarm_high_high": Meaning(f"The PV is above the high-high limit in DFn+16. {ALARM}", "", (), ALARMS),
-    "alarm_deviation_high": Meaning(f"The PV is further from the set point than DFn+17 allows, above or below. {ALARM}", "", (), ALARMS),
-    "alarm_deviation_high_high": Meaning(f"The PV is further from the set point than DFn+18 allows, above or below. {ALARM}", "", (), ALARMS),
+    "manual_indication": Meaning(f"On: the loop is in Manual, as it seems. {UNCONFIRMED_TEXT}", COMPARE_MODE_ADVICE, (), D952),
+    "auto_indication": Meaning(f"On: the loop is in Auto, as it seems. {UNCONFIRMED_TEXT}", COMPARE_MODE_ADVICE, (), D952),
+    "alarm_low_low": Meaning(f"The PV is below the low-low limit in DFn+13. {ALARM_TEXT}", "", (), ALARMS),
+    "alarm_low": Meaning(f"The PV is below the low limit in DFn+14. {ALARM_TEXT}", "", (), ALARMS),
+    "alarm_high": Meaning(f"The PV is above the high limit in DFn+15. {ALARM_TEXT}", "", (), ALARMS),
+    "alarm_high_high": Meaning(f"The PV is above the high-high limit in DFn+16. {ALARM_TEXT}", "", (), ALARMS),
+    "alarm_deviation_high": Meaning(f"The PV is further from the set point than DFn+17 allows, above or below. {ALARM_TEXT}", "", (), ALARMS),
+    "alarm_deviation_high_high": Meaning(f"The PV is further from the set point than DFn+18 allows, above or below. {ALARM_TEXT}", "", (), ALARMS),
     "alarm_rate_of_change": Meaning("The PV changed by more within one sample than DFn+19 allows.",
                                     "A broken sensor or wire jumps like this; if the signal is only noisy, filter it.",
                                     (), CLICK.cite("Use PV Rate of Change (Cn+14)")),
@@ -393,9 +397,9 @@ WORDS = {
 # fmt: on
 """By the name of a register that the configuration does not set."""
 
-WRITERS = {row.name: row.writer for row in WRITTEN if row.name in {"raw_pv", "output"}}
+WRITER_TEXTS = {row.name: row.writer for row in WRITERS if row.name in {"raw_pv", "output"}}
 """Who writes a register that is not the PLC's alone."""
-DOUBTS = dict.fromkeys(
+INFERRED_REMARKS = dict.fromkeys(
     ("action", "autotune_method", "autotune_type"), f"inferred, not printed: compare the PID window, D{D100.number}"
 ) | dict.fromkeys(MODE_BITS, f"unconfirmed: compare the PID Monitor window, D{D952.number}")
 """Remarks on registers whose states are a reading of ours."""
@@ -405,19 +409,19 @@ OUTPUT_RULES = ("CK363",)
 
 
 def _code(error: PidError) -> Code:
-    wrong = "crossed" if error.above is not None else "number" if error.low is None else "limits"
+    wrong = "crossed" if error.crossed is not None else "number" if error.low is None else "limits"
     cure = {
         "crossed": "Put the lower limit below the upper one, or switch one of them off (Cn+00, Cn+01).",
         "number": "Write a number into the register; a calculation of the program has left something else there.",
         "limits": "Write a value that is allowed."
-        + (f" {NOT_WRITTEN}" if error.low is not None and error.low > 0 else "")
+        + (f" {UNWRITTEN_TEXT}" if error.low is not None and error.low > 0 else "")
         + (" There is an upper bound too, which is not known." if error.number == OUTPUT_BELOW_ZERO else ""),
     }[wrong]
     rules = {"crossed": CROSSED_RULES, "number": (), "limits": ("PID101",)}[wrong]
     if error.number == OUTPUT_BELOW_ZERO:
         rules = OUTPUT_RULES
     basis = D101 if error.register == "autotune_hysteresis" else ERROR_LIST
-    return Code("error_code", error.number, condition(error), Meaning(FORCED, cure, rules, basis))
+    return Code("error_code", error.number, condition_text(error), Meaning(FORCED_TEXT, cure, rules, basis))
 
 
 CODES = (

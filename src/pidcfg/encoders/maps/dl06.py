@@ -56,7 +56,7 @@ class SpanBcd:
     def decode(self, word: int, scale: Scale) -> Any:
         """The word to a quantity."""
         counts = self.bcd.decode(word)
-        return scale.span_value_by(counts, lambda q: self._same(q, scale, word))
+        return scale.matching_span(counts, lambda q: self._same(q, scale, word))
 
     def _same(self, value: object, scale: Scale, word: int) -> bool:
         try:
@@ -85,7 +85,7 @@ class Source:
             raise EncodeError("range", "base, slot or channel does not fit its digits")
         return base << 12 | slot << 8 | channel
 
-    def spelled(self, word: int, name: Callable[[int], str]) -> str:
+    def spell(self, word: int, name: Callable[[int], str]) -> str:
         """The place in words."""
         source = self.decode(word)
         if isinstance(source, int):
@@ -183,9 +183,9 @@ RESET = {1: Bcd(1, off=(0, 9999)), 2: Bcd(2, off=(0, 9999))}
 RESET_OFF = frozenset(digits * codec.step for codec in RESET.values() for digits in codec.off)
 """Reset times that mean no integral."""
 FILTER = Bcd(1, off=(0,))
-SAMPLE_RATE = Bcd(2, off=(0,), special="not allowed")
-SLOPE = Bcd(2, off=(0,), special="ends the profile")
-GAIN_LIMIT = Bcd(0, off=(0,), special="removes the derivative while bit 9 of +00 is on")
+SAMPLE_RATE = Bcd(2, off=(0,), off_effect="not allowed")
+SLOPE = Bcd(2, off=(0,), off_effect="ends the profile")
+GAIN_LIMIT = Bcd(0, off=(0,), off_effect="removes the derivative while bit 9 of +00 is on")
 
 # fmt: off
 LOOP_TABLE = RegisterMap(
@@ -285,7 +285,7 @@ LOOP_TABLE = RegisterMap(
     ),
 )
 
-READ_LATE = {
+READ_DELAYS = {
     "no*": "is not read until the alarm's enable bit goes from 0 to 1",
     "no**": "is not read until the PLC changes between Program and Run",
 }
@@ -337,7 +337,7 @@ LOOP_TABLES = {
 """The loop table by the number of decimals that the reset word is read with (decision D01)."""
 
 
-TUNED = TuningWords(LOOP_TABLE, "gain", "reset", "rate", "span", Decimal(0), "direct", "reverse")
+TUNING_NUMBERS = TuningWords(LOOP_TABLE, "gain", "reset", "rate", "span", Decimal(0), "direct", "reverse")
 
 
 @frozen
@@ -379,7 +379,7 @@ CPU = Cpu(
 SOURCES = DL06.cite("Data Sources")
 TUNE = DL06.cite("Open-Loop Auto Tuning, Closed-Loop Auto Tuning")
 RUNS = DL06.cite("Loop Modes")
-WRITTEN = (
+WRITERS = (
     Writer("pv", "live", "the ladder program, or the PLC by auto transfer (+36)", SOURCES),
     Writer("output", "live", "the PLC in Automatic and Cascade; in Manual the operator or the program", RUNS),
     Writer(
@@ -411,41 +411,47 @@ ALARM_ERROR = DL06.cite("Alarm Programming Error")
 TUNING = DL06.cite("Auto Tuning error")
 RAMP_ERRORS = DL06.cite("Ramp/Soak Table Programming Error Flags (Addr + 35)")
 
-NO_LOOP = "The loop task does not run: no loop is calculated, in any mode."
-STOPS = "This stops the machine: in Program mode the outputs are off and the loops that follow the CPU are in Manual."
-HOW_TO_CHECK_AGAIN = (
-    f"Then change the CPU from Program to Run: it looks at V7640 and V7641 only at that moment. {STOPS}"
+NO_LOOP_TEXT = "The loop task does not run: no loop is calculated, in any mode."
+STOP_TEXT = (
+    "This stops the machine: in Program mode the outputs are off and the loops that follow the CPU are in Manual."
 )
-NEW_TABLE = "Put an address of 32 free words of user memory into +34, then change the CPU from Program to Run. " + STOPS
+RECHECK_ADVICE = (
+    f"Then change the CPU from Program to Run: it looks at V7640 and V7641 only at that moment. {STOP_TEXT}"
+)
+TABLE_ADVICE = (
+    "Put an address of 32 free words of user memory into +34, then change the CPU from Program to Run. " + STOP_TEXT
+)
 LOWER, UPPER = (f"{v_name(first)} to {v_name(last)}" for first, last in (CPU.lower, CPU.upper))
-SEGMENT_KEY = "Look at +35 when the profile does not start."
-PV_ALARM = "A loop in Manual does not go to Automatic while it is on."
-PV_CURE = (
+SEGMENT_ADVICE = "Look at +35 when the profile does not start."
+PV_ALARM_TEXT = "A loop in Manual does not go to Automatic while it is on."
+PV_ALARM_ADVICE = (
     "Look at the plant and the sensor first. It goes off when the PV is back across the limit by the hysteresis (+22)."
 )
-WAIT = "Set it for one moment and let go; the CPU clears it when it has read it. +06 shows the mode that was reached."
+REQUEST_ADVICE = (
+    "Set it for one moment and let go; the CPU clears it when it has read it. +06 shows the mode that was reached."
+)
 
 # fmt: off
 BIT_MEANINGS = {
     ("error_flags", 0): Meaning(
-        f"{NO_LOOP} V7640 holds an address below {v_name(CPU.upper[0])} that is not within {LOWER}.",
-        f"Put the start of the loop table into V7640: {LOWER}, or {UPPER}. {HOW_TO_CHECK_AGAIN}", ("DL201",), ERROR_FLAGS_BASIS),
+        f"{NO_LOOP_TEXT} V7640 holds an address below {v_name(CPU.upper[0])} that is not within {LOWER}.",
+        f"Put the start of the loop table into V7640: {LOWER}, or {UPPER}. {RECHECK_ADVICE}", ("DL201",), ERROR_FLAGS_BASIS),
     ("error_flags", 1): Meaning(
-        f"{NO_LOOP} V7640 holds an address above {v_name(CPU.upper[1])}.",
-        f"Put the start of the loop table into V7640: {UPPER}, or {LOWER}. {HOW_TO_CHECK_AGAIN}", ("DL202",), ERROR_FLAGS_BASIS),
+        f"{NO_LOOP_TEXT} V7640 holds an address above {v_name(CPU.upper[1])}.",
+        f"Put the start of the loop table into V7640: {UPPER}, or {LOWER}. {RECHECK_ADVICE}", ("DL202",), ERROR_FLAGS_BASIS),
     ("error_flags", 2): Meaning(
-        f"{NO_LOOP} V7641 asks for more than {CPU.loops} loops, or is no BCD number.",
-        f"Put the number of loops into V7641, 0 to {CPU.loops} in BCD. {HOW_TO_CHECK_AGAIN}", ("DL203",), ERROR_FLAGS_BASIS),
+        f"{NO_LOOP_TEXT} V7641 asks for more than {CPU.loops} loops, or is no BCD number.",
+        f"Put the number of loops into V7641, 0 to {CPU.loops} in BCD. {RECHECK_ADVICE}", ("DL203",), ERROR_FLAGS_BASIS),
     ("error_flags", 3): Meaning(
-        f"{NO_LOOP} The table begins below {v_name(CPU.lower_end)} and would run past it into the system's words.",
+        f"{NO_LOOP_TEXT} The table begins below {v_name(CPU.lower_end)} and would run past it into the system's words.",
         f"Start the table closer to {v_name(CPU.lower[0])} (V7640; each loop takes 40 octal words), or calculate fewer "
-        f"loops (V7641). {HOW_TO_CHECK_AGAIN}", ("DL204",), ERROR_FLAGS_BASIS),
+        f"loops (V7641). {RECHECK_ADVICE}", ("DL204",), ERROR_FLAGS_BASIS),
 
-    ("mode_setting_1", 0): Meaning("Asks for Manual: the output then stays where it is put.", WAIT, (), D04),
+    ("mode_setting_1", 0): Meaning("Asks for Manual: the output then stays where it is put.", REQUEST_ADVICE, (), D04),
     ("mode_setting_1", 1): Meaning("Asks for Automatic. Refused while a PV alarm or the alarm programming error is on, "
-                                   "or while the minor loop of a cascade is not in Cascade.", WAIT, (), TROUBLE),
+                                   "or while the minor loop of a cascade is not in Cascade.", REQUEST_ADVICE, (), TROUBLE),
     ("mode_setting_1", 2): Meaning("Asks for Cascade: the set point then comes from the word that +32 points at.",
-                                   WAIT, (), D04),
+                                   REQUEST_ADVICE, (), D04),
     ("mode_setting_2", 7): Meaning("Starts the auto-tune: it takes the output over and moves the plant. Off again when "
                                    "it is done.", "Stay at the plant while it runs; bits 12 and 13 of +06 tell how it "
                                    "goes.", (), DL06.cite("PID Mode Setting 2 Bit Descriptions (Addr + 01)")),
@@ -459,10 +465,10 @@ BIT_MEANINGS = {
         "The loop is in Automatic: it works the output (+05) out from its own set point (+02) and the PV (+03).", "", (), MODES),
     ("mode_and_alarm_status", 2): Meaning(
         "The loop is in Cascade: its set point is the word that +32 points at, the output of another loop.", "", (), MODES),
-    ("mode_and_alarm_status", 3): Meaning(f"The PV is below the low-low limit in +13. {PV_ALARM}", PV_CURE, ("DL248",), TROUBLE),
-    ("mode_and_alarm_status", 4): Meaning(f"The PV is below the low limit in +14. {PV_ALARM}", PV_CURE, ("DL248",), TROUBLE),
-    ("mode_and_alarm_status", 5): Meaning(f"The PV is above the high limit in +15. {PV_ALARM}", PV_CURE, ("DL248",), TROUBLE),
-    ("mode_and_alarm_status", 6): Meaning(f"The PV is above the high-high limit in +16. {PV_ALARM}", PV_CURE, ("DL248",), TROUBLE),
+    ("mode_and_alarm_status", 3): Meaning(f"The PV is below the low-low limit in +13. {PV_ALARM_TEXT}", PV_ALARM_ADVICE, ("DL248",), TROUBLE),
+    ("mode_and_alarm_status", 4): Meaning(f"The PV is below the low limit in +14. {PV_ALARM_TEXT}", PV_ALARM_ADVICE, ("DL248",), TROUBLE),
+    ("mode_and_alarm_status", 5): Meaning(f"The PV is above the high limit in +15. {PV_ALARM_TEXT}", PV_ALARM_ADVICE, ("DL248",), TROUBLE),
+    ("mode_and_alarm_status", 6): Meaning(f"The PV is above the high-high limit in +16. {PV_ALARM_TEXT}", PV_ALARM_ADVICE, ("DL248",), TROUBLE),
     ("mode_and_alarm_status", 7): Meaning(
         "The PV is further from the set point than the yellow limit in +17.",
         "Normal for a while after a change of the set point; else look at the output, the actuator and the load.", (), MODES),
@@ -495,7 +501,7 @@ BIT_MEANINGS = {
         ("DL299", "DL501"), TUNING),
 
     ("ramp_soak_flags", 0): Meaning(f"Asks for start (1), hold (2), resume (4) or jog to the next segment (8) of the "
-                                    f"profile. {SEGMENT_KEY}", "Set one of bits 0 to 3 for a moment. The generator "
+                                    f"profile. {SEGMENT_ADVICE}", "Set one of bits 0 to 3 for a moment. The generator "
                                     "must be on (bit 11 of +00), and the loop not in Cascade.", ("DL281",), TROUBLE),
     ("ramp_soak_flags", 4): Meaning("The profile has run to its end; the set point stays at its last value.", "", (), FLAGS),
     ("ramp_soak_flags", 5): Meaning("The PV is further from the set point of the profile than the deviation of its soak "
@@ -505,18 +511,18 @@ BIT_MEANINGS = {
 
     ("ramp_soak_errors", 0): Meaning(
         f"The ramp/soak table does not lie in the user's V-memory below {v_name(CPU.upper[0])}; the profile does not start.",
-        NEW_TABLE, ("DL274",), RAMP_ERRORS),
+        TABLE_ADVICE, ("DL274",), RAMP_ERRORS),
     ("ramp_soak_errors", 1): Meaning(
         f"The ramp/soak table does not lie in the user's V-memory above {v_name(CPU.upper[0])}; the profile does not start.",
-        NEW_TABLE, ("DL274",), RAMP_ERRORS),
+        TABLE_ADVICE, ("DL274",), RAMP_ERRORS),
     ("ramp_soak_errors", 4): Meaning(
         f"The ramp/soak table starts among the system's words {v_name(CPU.system[0])} to {v_name(CPU.system[1])}; the "
         "profile does not start, and a download of the table would overwrite the set-up of all loops.",
-        NEW_TABLE, ("DL275",), RAMP_ERRORS),
+        TABLE_ADVICE, ("DL275",), RAMP_ERRORS),
 }
 # fmt: on
 """By the name of the register and the lowest bit of the row."""
-WORDS = {
+WORD_MEANINGS = {
     "error_flags": Meaning(
         "Tells what is wrong with V7640 and V7641. All bits 0 in Run mode: nothing is wrong with them.",
         "",
@@ -557,7 +563,7 @@ WORDS = {
     ),
 }
 """By the name of a register that the configuration does not set."""
-WRITERS = {row.name: row.writer for row in reversed(WRITTEN) if row.name in {"pv", "bias", "output"}}
+WRITER_TEXTS = {row.name: row.writer for row in reversed(WRITERS) if row.name in {"pv", "bias", "output"}}
 """Who writes a word that is not the PLC's alone."""
 
 NO_REGISTER: tuple[str, ...] = ()

@@ -67,14 +67,14 @@ DPIDE_TABLE = ParameterTable("DPIDE (API 0708)", (
 # fmt: on
 TABLES = (DPIDE_TABLE,)
 ROWS = {row.name: row for row in DPIDE_TABLE.rows}
-TUNED = TuningParameters(
+TUNING_NUMBERS = TuningParameters(
     DPIDE_TABLE, ("Kc_Kp", "Ti_Ki", "Td_Kd"), "PID_DIR TRUE", "PID_DIR FALSE", dependent=("PID_EQ", True)
 )
-OUTSIDE = ("PV", "I_MV", "MV")
+PROCESS_OPERANDS = ("PV", "I_MV", "MV")
 """Operands that the process or the instruction writes."""
-WRITTEN_BY_AUTOTUNE = ("PID_MODE", "Kc_Kp", "Ti_Ki", "Td_Kd", "Tf")
+AUTOTUNE_OPERANDS = ("PID_MODE", "Kc_Kp", "Ti_Ki", "Td_Kd", "Tf")
 """Operands that the autotune writes, so that they cannot be numbers in the program."""
-NEEDED = ("SV", "CYCLE", "Kc_Kp", "Ti_Ki", "Td_Kd", "MV_MAX", "MV_MIN")
+REQUIRED_OPERANDS = ("SV", "CYCLE", "Kc_Kp", "Ti_Ki", "Td_Kd", "MV_MAX", "MV_MIN")
 """Operands without a default."""
 LOOPS = NamedLoops(
     vendor="dpide",
@@ -85,7 +85,7 @@ LOOPS = NamedLoops(
     title="an operand of DPIDE",
     kind="an operand of DPIDE",
     entry="operand of a DPIDE instruction, such as OVEN.SV",
-    needed_names=NEEDED,
+    needed_names=REQUIRED_OPERANDS,
     # they decide what the gains mean and on which side the loop acts
     always_given=frozenset({"PID_EQ", "PID_DIR"}),
     first_values={"I_MV": 0},
@@ -94,7 +94,7 @@ LOOPS = NamedLoops(
 )
 
 MODES = DPIDE.cite("The diagram of switching to PID_MAN / MOUT_AUTO")
-WRITTEN = (
+WRITERS = (
     Writer("PV", "live", "the program: it is an input, the measurement", TABLE),
     Writer("MV", "live", "the PLC", TABLE),
     Writer("I_MV", "live", "the PLC; the program may read, clear or change it", REMARKS),
@@ -110,7 +110,7 @@ WRITTEN = (
         REMARKS,
         lambda values: values["PID_MODE"] == 1,
     ),
-    *(Writer(name, "compared", "an autotune", TABLE) for name in WRITTEN_BY_AUTOTUNE),
+    *(Writer(name, "compared", "an autotune", TABLE) for name in AUTOTUNE_OPERANDS),
 )
 """Who else writes an operand; whatever no row names is yours."""
 
@@ -142,10 +142,10 @@ STATES = {
 }
 """What a BOOL operand chooses."""
 
-WRITERS = {row.name: row.writer for row in WRITTEN if row.name in {"PV", "I_MV"}}
+WRITER_TEXTS = {row.name: row.writer for row in WRITERS if row.name in {"PV", "I_MV"}}
 """Who writes an operand that is not yours alone."""
 
-INTEGRAL = (
+INTEGRAL_WORDS = (
     (0, 0, "I_MV", "The accumulated integral. It may be read, cleared or changed."),
     (1, 1, "previous error", "The error of the calculation before; the PLC writes it."),
     (2, 5, "system use", "The PLC's own; leave it alone."),

@@ -47,10 +47,10 @@ SPACE = Space((Bank(*REGISTERS[:3], kind=WORD), Bank(*DISCRETES[:3], kind=BIT)))
 MAP_SPACE = Space((*SPACE.banks, Bank("IR", 1, WORD_MAX, kind=WORD), Bank("OR", 1, WORD_MAX, kind=WORD)))
 """What a Modbus map may speak of: the same numbers, and behind them the tags of PV and CV."""
 HUNDREDTHS, TENTHS, WHOLE = Implied(2), Implied(1), Implied()
-LEAST_SAMPLE_RATE = HUNDREDTHS.encode(Decimal(str(SAMPLE_RATE.low)))
+MIN_SAMPLE_COUNTS = HUNDREDTHS.encode(Decimal(str(SAMPLE_RATE.low)))
 """The sample rate below which a register is out of range."""
 PID_PI = Choice({0: "PID", 1: "PI"})
-SAMPLE_INTERVAL = Implied(2, off=(0,), special="not allowed")
+SAMPLE_INTERVAL = Implied(2, off=(0,), off_effect="not allowed")
 MANUAL_AUTO = Choice({0: "manual", 1: "auto"})
 
 # fmt: off
@@ -111,7 +111,7 @@ PULSE_REGISTERS = frozenset({"cycle_time", "min_on", "min_off"})
 """Variables that get a tag only where the control output is enabled."""
 # fmt: on
 
-TUNED = TuningWords(
+TUNING_NUMBERS = TuningWords(
     R_BLOCK, "proportional_gain", "integral_time", "derivative_time", "span", Decimal(0), "reverse", "direct"
 )
 TABLES = (R_BLOCK, S_BLOCK)
@@ -119,12 +119,12 @@ TABLES = (R_BLOCK, S_BLOCK)
 BLOCKS = {"registers": ("R", R_BLOCK), "discretes": ("S", S_BLOCK)}
 """Bank and map of each block, by the key that gives its address."""
 BANKS = {key: prefix for key, (prefix, _) in BLOCKS.items()}
-LOOPS = 8
-DUTY_FULL = 4096
+MAX_LOOPS = 8
+DUTY_COUNTS = 4096
 """Counts that are a duty cycle of 100 %."""
 
 
-def highest(limits: Limits, codec: Implied) -> float:
+def maximum(limits: Limits, codec: Implied) -> float:
     """The largest number that a register may hold by the manual."""
     return float(codec.encode(Decimal(str(limits.high))))
 
@@ -159,7 +159,7 @@ def counts_format(low: int, high: int) -> Format:
 
 CV = counts_format(0, CV_FULL)
 
-WRITTEN = (
+WRITERS = (
     Writer("setpoint", "operated", "the operator or the program", EZLOGIX.cite("PID Monitor")),
     Writer("mode", "live", "the operator or the program", MODE),
     Writer("autotune_timeout", "compared", "an autotune, which counts it down", AUTOTUNE),
@@ -172,12 +172,12 @@ WRITTEN = (
 
 # --- What the EZLogix's autotune status, requests and status registers mean for the plant: tables only ----------------
 
-BACK = "The loop goes on with the gains that it had."
-IDLE_AGAIN = "Switch discrete Base+4 off and on: the status goes back to 0, then off and on again starts the next try."
-STEADY = "Let the process come to rest near its working point first, within 10 % of the set point."
+OLD_GAINS_TEXT = "The loop goes on with the gains that it had."
+RETRY_NOTE = "Switch discrete Base+4 off and on: the status goes back to 0, then off and on again starts the next try."
+STEADY_ADVICE = "Let the process come to rest near its working point first, within 10 % of the set point."
 
 # fmt: off
-WORDS = {
+WORD_MEANINGS = {
     "error": Meaning("The difference of PV and set point as the loop calculates with it: PV - SP with direct controller "
                      "action, SP - PV with reverse.", "", (), LIMITS),
     "autotune_status": Meaning("Tells where the autotune is, or how the last one ended.", "", (), AUTOTUNE),
@@ -189,7 +189,7 @@ WORDS = {
                           "or shut off. Never change the controller action before a small step of the CV in Manual has "
                           "shown which way the PV goes.", (), OPTIONS),
     "start_autotune": Meaning("From 0 to 1 starts the autotune, in Manual as well as in Auto: the CV steps up by 10 %. "
-                              "Back to 0 cancels it.", f"{STEADY} Watch the PV while it runs.", (), AUTOTUNE),
+                              "Back to 0 cancels it.", f"{STEADY_ADVICE} Watch the PV while it runs.", (), AUTOTUNE),
 }
 
 CODES = (
@@ -201,27 +201,27 @@ CODES = (
     Code("autotune_status", 3, "done", Meaning(
         "The autotune has ended well; gain, integral and derivative time (Base+2 to +4) are new.",
         "Try the loop out with a small step of the set point before you leave it alone.", (), AUTOTUNE)),
-    Code("autotune_status", 4, "cancelled", Meaning(f"Somebody set discrete Base+4 to 0. {BACK}", IDLE_AGAIN, (), AUTOTUNE)),
+    Code("autotune_status", 4, "cancelled", Meaning(f"Somebody set discrete Base+4 to 0. {OLD_GAINS_TEXT}", RETRY_NOTE, (), AUTOTUNE)),
     Code("autotune_status", 5, "the CV could not be incremented", Meaning(
-        f"There is no room for a step of 10 % above the present CV. {BACK}",
+        f"There is no room for a step of 10 % above the present CV. {OLD_GAINS_TEXT}",
         f"Bring the CV 10 % below the CV high limit (Base+9) and below 90 % of its range first. Raise that limit only if the "
-        f"plant bears it: it may protect the plant; put it back after the autotune. {IDLE_AGAIN}", ("EZ484",), AUTOTUNE)),
+        f"plant bears it: it may protect the plant; put it back after the autotune. {RETRY_NOTE}", ("EZ484",), AUTOTUNE)),
     Code("autotune_status", 6, "the curve could not be fitted", Meaning(
-        f"The PV moved, but not like the answer of a process to a step. {BACK}",
-        f"Look for disturbances and noise; give it more time (Base+13). {STEADY} {IDLE_AGAIN}",
+        f"The PV moved, but not like the answer of a process to a step. {OLD_GAINS_TEXT}",
+        f"Look for disturbances and noise; give it more time (Base+13). {STEADY_ADVICE} {RETRY_NOTE}",
         ("EZ481",), AUTOTUNE)),
     Code("autotune_status", 7, "division by zero", Meaning(
-        f"The recorded answer has no slope to work with. {BACK}",
-        f"See that the PV moves when the CV does. {IDLE_AGAIN}", (), AUTOTUNE)),
+        f"The recorded answer has no slope to work with. {OLD_GAINS_TEXT}",
+        f"See that the PV moves when the CV does. {RETRY_NOTE}", (), AUTOTUNE)),
     Code("autotune_status", 8, "no dead time was found", Meaning(
-        f"The PV did not move, or not in the time of Base+13. {BACK}",
-        f"See that actuator and sensor work; give it more time (Base+13). {IDLE_AGAIN}", ("EZ480", "EZ481"), AUTOTUNE)),
+        f"The PV did not move, or not in the time of Base+13. {OLD_GAINS_TEXT}",
+        f"See that actuator and sensor work; give it more time (Base+13). {RETRY_NOTE}", ("EZ480", "EZ481"), AUTOTUNE)),
     Code("autotune_status", 9, "a gain or time is out of range", Meaning(
-        f"The gains that fit the answer do not fit their registers. {BACK}",
-        f"Tune by hand, or change the sample rate (Base+0) and try again. {IDLE_AGAIN}", (), AUTOTUNE)),
+        f"The gains that fit the answer do not fit their registers. {OLD_GAINS_TEXT}",
+        f"Tune by hand, or change the sample rate (Base+0) and try again. {RETRY_NOTE}", (), AUTOTUNE)),
     Code("autotune_status", 10, "low memory", Meaning(
-        f"The PLC had no memory left for the recording. {BACK}",
-        f"End other autotunes (Base+4 off and on frees their memory). {IDLE_AGAIN}", (), AUTOTUNE)),
+        f"The PLC had no memory left for the recording. {OLD_GAINS_TEXT}",
+        f"End other autotunes (Base+4 off and on frees their memory). {RETRY_NOTE}", (), AUTOTUNE)),
 )
 # fmt: on
 """The manual's table of Base+12."""

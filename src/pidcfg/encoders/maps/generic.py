@@ -54,7 +54,7 @@ LOOP_TABLE = ParameterTable("Neutral loop", (
 # fmt: on
 TABLES = (LOOP_TABLE,)
 ROWS = {row.name: row for row in LOOP_TABLE.rows}
-NEEDED = (
+REQUIRED_FIELDS = (
     "output_raises_pv",
     "sample_time",
     "tuning.gain",
@@ -73,17 +73,17 @@ LOOPS = NamedLoops(
     title="a field of a neutral loop",
     kind="a field of a loop",
     entry="parameter of a loop, such as TIC-101.tuning.gain",
-    needed_names=NEEDED,
+    needed_names=REQUIRED_FIELDS,
     last_settings=("setpoint.source", "setpoint.follows_pv", "pv.unit", "output.unit"),
 )
-TUNED = TuningParameters(
+TUNING_NUMBERS = TuningParameters(
     LOOP_TABLE,
     ("tuning.gain", "tuning.integral_time", "tuning.derivative_time"),
     "output_raises_pv: true",
     "output_raises_pv: false",
 )
 
-WRITTEN = (
+WRITERS = (
     Writer("mode", "live", "the operator or the program", D280),
     Writer("setpoint.value", "operated", "the operator or the program", D280),
     Writer("output.manual", "operated", "the operator", D280),

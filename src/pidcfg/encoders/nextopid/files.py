@@ -12,7 +12,7 @@ from xml.parsers import expat
 
 from pidcfg.encoders.image import Settings
 from pidcfg.encoders.listing import FileKind, Listing, ListingError, shorten_names
-from pidcfg.encoders.maps.nextopid import BLOCK_TYPES, SIGNAL, WRITTEN
+from pidcfg.encoders.maps.nextopid import BLOCK_TYPES, SIGNAL, WRITERS
 from pidcfg.encoders.modbus_map import Point, Symbols, map_kind, symbol_template_rows
 from pidcfg.encoders.nextopid.st_read import add_zeros, read_source, read_st
 from pidcfg.encoders.nextopid.st_scope import (
@@ -49,7 +49,7 @@ from pidcfg.schemas.numbers import decimal_text
 
 NAMESPACES = ("http://www.plcopen.org/xml/tc6_0201", "http://www.plcopen.org/xml/tc6_0200")
 CONFIGURATION_PATH = ("instances", "configurations", "configuration")
-WORD = re.compile(r"[^\W\d]\w*")
+WORD_PATTERN = re.compile(r"[^\W\d]\w*")
 ISO_TIME = re.compile(r"PT(\d+(?:\.\d+)?)S", re.IGNORECASE)
 """As CODESYS writes the interval of a task."""
 MAX_DEPTH = 64
@@ -243,7 +243,7 @@ def _are_library_types(node: Node, *path: str) -> Iterator[bool]:
 
 def _program_words(pou: Node) -> set[str]:
     """The words of a program's text, in capitals."""
-    return {word.upper() for body in pou.find_all("body", "ST") for word in WORD.findall(body.all_text)}
+    return {word.upper() for body in pou.find_all("body", "ST") for word in WORD_PATTERN.findall(body.all_text)}
 
 
 def _declare_globals(source: Source, lists: list[Node]) -> dict[str, set[str]]:
@@ -256,12 +256,12 @@ def _declare_globals(source: Source, lists: list[Node]) -> dict[str, set[str]]:
     ]
     counts = Counter(declaration.name.upper for _, declaration in declared)
     owners: dict[str, set[str]] = {}
-    unique: list[Declaration] = []
+    unique_names: list[Declaration] = []
     for name, declaration in declared:
         if counts[declaration.name.upper] == 1 and declaration.name.upper not in local:
-            unique.append(declaration)
+            unique_names.append(declaration)
             owners.setdefault(name, set()).add(declaration.name.upper)
-    source.declarations = [*unique, *source.declarations]
+    source.declarations = [*unique_names, *source.declarations]
     return owners
 
 
@@ -339,7 +339,7 @@ def _initial_value(node: Node) -> Initial:
 PROGRAM_START = re.compile(r"(?:PROGRAM|FUNCTION(?:_BLOCK)?|TYPE|VAR(?:_[A-Z_]+)?)\s", re.IGNORECASE)
 
 
-OFFERED = ("PV", "MV", "Manual", "CASC", "SP_CASC")
+TREND_KEYS = ("PV", "MV", "Manual", "CASC", "SP_CASC")
 """Parameters that run, and that a trend or an operator wants."""
 
 
@@ -381,7 +381,7 @@ FORMATS = {
         carries_checklist=True,
         read_program=lambda text, name: add_zeros(read_plcopen(text, name)),
     ),
-    "modbus-map": map_kind(lambda image: symbol_template_rows(points(image), OFFERED, f"{_program_name(image)}.")),
+    "modbus-map": map_kind(lambda image: symbol_template_rows(points(image), TREND_KEYS, f"{_program_name(image)}.")),
 }
 """A pragma, with which a program may begin, begins like JSON."""
 
@@ -389,18 +389,18 @@ FORMATS = {
 def checklist(config: NextopidFile) -> tuple[str, ...]:
     """What the program around has to do."""
     items = [f"call the program in a cyclic task of {decimal_text(config.plc.sample_time)} s"]
-    outside = [
+    outer_inputs = [
         f"{item.name}.{key}"
         for item in (*config.blocks, *config.loops)
         for key in ("PV", "InVar", "MV")
         if key in type(item).model_fields and getattr(item, key) is None
     ]
-    if outside:
-        items.append(f"assign before the calls, since nothing is wired to them: {', '.join(outside)}")
+    if outer_inputs:
+        items.append(f"assign before the calls, since nothing is wired to them: {', '.join(outer_inputs)}")
     written = {move.to for move in config.moves if move.when is True}
-    outside = [name for name in config.signals if name not in written]
-    if outside:
-        items.append(f"assign the signals from outside: {', '.join(outside)}")
+    outer_inputs = [name for name in config.signals if name not in written]
+    if outer_inputs:
+        items.append(f"assign the signals from outside: {', '.join(outer_inputs)}")
     return tuple(items)
 
 
@@ -437,7 +437,7 @@ def _block_points(program: Program, entry: Settings) -> Iterator[Point]:
     words = program.words
     for row in kind.table.rows:
         name_of_point = f"{name}.{row.name}"
-        writer = writer_of(WRITTEN, row.name, {SIGNAL: None})
+        writer = writer_of(WRITERS, row.name, {SIGNAL: None})
         is_live = writer is not None and writer.kind == "live"
         needed = name_of_point in words and not isinstance(words[name_of_point], Wire) and not is_live
         yield Point(name_of_point, row.type, loop, needed)

@@ -13,7 +13,7 @@ from pydantic import ConfigDict
 
 from pidcfg.encoders.codecs import DecodeError, EncodeError
 from pidcfg.encoders.image import Decoded, RefusedError, Settings, file_data, file_value, read_settings, without_none
-from pidcfg.encoders.maps.nextopid import BLOCK_TYPES, LOOP_TYPES, TUNED, BlockType
+from pidcfg.encoders.maps.nextopid import BLOCK_TYPES, LOOP_TYPES, TUNING_NUMBERS, BlockType
 from pidcfg.encoders.nextopid.wiring import PASSING_BLOCKS, Layout, Wires
 from pidcfg.encoders.parameters import (
     Content,
@@ -365,7 +365,7 @@ def _plc_settings(config: NextopidFile) -> dict[str, object]:
 # Which block a name is of stands beside the parameters, in the settings or in the declarations of a program.
 # Everything that is a default is left out, so that encoding the result again gives the same program.
 
-REQUIRED = "required"
+REQUIRED_REASON = "required"
 
 
 class ItemSettings(Model):
@@ -464,7 +464,7 @@ def _item_data(item: ItemSettings, words: Mapping[str, Content | Wire], task: De
         data["sample_time"] = plain_number(interval)
     for row in kind.inputs:
         content = words.get(f"{item.name}.{row.name}")
-        if content is None and _written_reason(kind, row.name) == REQUIRED:
+        if content is None and _written_reason(kind, row.name) == REQUIRED_REASON:
             raise DecodeError(f"the listing does not hold {item.name}.{row.name}")
         if content is not None and not isinstance(content, Wire) and read_content(row.type, content) is None:
             raise DecodeError(f"{item.name}.{row.name}: {content!r} is not a value of {row.type.name}")
@@ -480,7 +480,7 @@ def _written_reason(kind: BlockType, name: str) -> str:
     field = kind.model.model_fields.get(name)
     if field is None or field.default is None:
         return "given"
-    return REQUIRED if field.is_required() else ""
+    return REQUIRED_REASON if field.is_required() else ""
 
 
 def _signal_value(content: Content | Wire) -> bool | int | float | str:
@@ -503,19 +503,19 @@ def _content_value(content: Content | Wire) -> bool | int | float | str:
 def tuning_of(config: NextopidFile, loop: Controller) -> LoopTuning:
     """The three parameters of a block."""
     if not isinstance(loop, Pida):
-        return LoopTuning(TUNED, obstacle="it switches on and off, and has no gains")
-    wrong = "its form is not known: Indep is wired" if isinstance(loop.Indep, Wire) else ""
+        return LoopTuning(TUNING_NUMBERS, obstacle="it switches on and off, and has no gains")
+    obstacle = "its form is not known: Indep is wired" if isinstance(loop.Indep, Wire) else ""
     if loop.DisableP is not False and loop.Indep is False:
-        wrong = "it may act without its proportional term (DisableP)"
-    seconds, filtered = float(loop.sample_time or config.plc.sample_time), float(_number_of(loop.Tfd) or 0)
+        obstacle = "it may act without its proportional term (DisableP)"
+    seconds, has_filter = float(loop.sample_time or config.plc.sample_time), float(_number_of(loop.Tfd) or 0)
     return LoopTuning(
-        TUNED,
+        TUNING_NUMBERS,
         raises_pv=None if isinstance(loop.Direct, Wire) else not loop.Direct,
         independent=loop.Indep is True,
         current_values=(_number_of(loop.Kp), _number_of(loop.Ti_Ki), _number_of(loop.Td_Kd)),
-        obstacle=wrong,
+        obstacle=obstacle,
         sample_time=seconds,
-        derivative_share=-expm1(-seconds / filtered) if filtered > 0 else 1.0,
+        derivative_share=-expm1(-seconds / has_filter) if has_filter > 0 else 1.0,
     )
 
 

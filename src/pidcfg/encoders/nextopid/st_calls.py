@@ -13,7 +13,7 @@ from pidcfg.encoders.nextopid.st_scope import LIBRARY, Item, Scope
 from pidcfg.encoders.parameters import Parameter
 from pidcfg.encoders.structured_text import (
     END,
-    INTEGERS,
+    INTEGER_TYPES,
     NAME,
     STATEMENT_ENDS,
     Argument,
@@ -245,16 +245,16 @@ class SkippedCode:
         """Skips a statement that does not concern the library, but remembers the variables that it assigns."""
         self.lines.append(tokens[0].line)
         depth, padded = 0, (*tokens, *(Token(END, "", token.line, token.column) for token in [tokens[-1]] * 3))
-        for at, token in enumerate(tokens):
-            previous = tokens[at - 1].text if at else ""
+        for index, token in enumerate(tokens):
+            previous = tokens[index - 1].text if index else ""
             depth += (token.text == "(") - (token.text == ")")
             if token.kind != NAME:
                 continue
             if previous == ".":
-                self._refuse_member(token, padded[at + 1].text)
+                self._refuse_member(token, padded[index + 1].text)
                 continue
-            parts = name_chain(padded, at)
-            end = at + 2 * len(parts) - 1
+            parts = name_chain(padded, index)
+            end = index + 2 * len(parts) - 1
             next_text = padded[end].text
             self._refuse_block_use(token, parts, next_text, depth)
             is_reference = [part.upper for part in padded[end : end + 2]] == ["REF", "="]
@@ -487,7 +487,7 @@ class Calls:
         loop = self.scope.find_instance(tokens[5].upper)
         counter = self.scope.variables.get(tokens[1].upper)
         inner = _split_statements(tokens[5:-2])
-        if loop is None or counter is None or counter.type_name not in INTEGERS or not inner:
+        if loop is None or counter is None or counter.type_name not in INTEGER_TYPES or not inner:
             return False
         if (
             any(statement[0].upper != loop.name.upper() for statement in inner)

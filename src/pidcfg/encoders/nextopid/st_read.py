@@ -16,7 +16,7 @@ from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
 from pidcfg.encoders.nextopid.st_calls import MAX_GUARDS, Assignment, Calls, Guard, GuardedAssignment, Label
 from pidcfg.encoders.nextopid.st_scope import (
     SIGNAL_TYPES,
-    TOO_LONG,
+    TOO_LONG_TEXT,
     Item,
     Scope,
     Source,
@@ -65,7 +65,7 @@ def read_source(source: Source, task: tuple[Decimal, Token] | None = None) -> Li
     """As `read_st`, of what has been taken apart; ``task``: the interval of the task in s, and where it stands."""
     listing = Listing(vendor="nextopid")
     scope = Scope.of(source, listing)
-    listing.has_settings = described = bool(listing.plc)
+    listing.has_settings = has_settings = bool(listing.plc)
     if task is not None:
         listing.plc = _with_task(listing.plc, *task)
     calls = Calls(scope)
@@ -77,8 +77,8 @@ def read_source(source: Source, task: tuple[Decimal, Token] | None = None) -> Li
     reader.initial_values()
     reader.call_values()
     calls.sample_times(listing.plc)
-    moves = Moves(scope, calls, takes_all=described).read_entries()
-    signals = list(scope.find_signals(takes_all=described))
+    moves = Moves(scope, calls, takes_all=has_settings).read_entries()
+    signals = list(scope.find_signals(takes_all=has_settings))
     words, lines = listing.words, listing.lines
     listing.words, listing.lines, listing.shown_addresses = {}, {}, {}
     for signal in signals:
@@ -120,10 +120,10 @@ def _with_task(plc: Mapping[str, object], interval: Decimal, token: Token) -> di
     return {**plc, "sample_time": plain_number(interval)}
 
 
-def _is_time(stated: object, interval: Decimal) -> bool:
+def _is_time(time: object, interval: Decimal) -> bool:
     """Whether a comment says that time; what is none is another one."""
     try:
-        return parse_seconds(stated) == interval
+        return parse_seconds(time) == interval
     except (ValueError, TypeError):
         return False
 
@@ -161,7 +161,7 @@ class _Reader:
 
     def initial_values(self) -> None:
         """Those of instances, and of variables that stand for inputs of functions."""
-        wired = {*self.calls.assignments}
+        wired_inputs = {*self.calls.assignments}
         for item in self.scope.items.values():
             declared = self.scope.variables.get(item.name.upper())
             if declared is None or item.kind.function or declared.initial is None:
@@ -170,19 +170,19 @@ class _Reader:
                 raise declared.name.error(
                     f"{item.name}: initial values of an instance stand in parentheses, (SP := 50.0)"
                 )
-            self._add_members(item, (), declared.initial, wired)
+            self._add_members(item, (), declared.initial, wired_inputs)
         for upper, (item, row) in self.scope.aliases.items():
             initial = self.scope.variables[upper].initial
-            if row.access == "input" and initial is not None and (item.name, row.name) not in wired:
+            if row.access == "input" and initial is not None and (item.name, row.name) not in wired_inputs:
                 self._add_literal(item, row, initial, self.scope.variables[upper].name)
 
-    def _add_members(self, item: Item, above: tuple[Token, ...], initial: Initial, wired: set[tuple[str, str]]) -> None:
+    def _add_members(self, item: Item, outer: tuple[Token, ...], initial: Initial, wires: set[tuple[str, str]]) -> None:
         for name, value in initial.values() if isinstance(initial, dict) else ():
             if isinstance(value, dict):
-                self._add_members(item, (*above, name), value, wired)
+                self._add_members(item, (*outer, name), value, wires)
                 continue
-            row = self.scope.find_parameter(item, (*above, name), "input")
-            if (item.name, row.name) not in wired:
+            row = self.scope.find_parameter(item, (*outer, name), "input")
+            if (item.name, row.name) not in wires:
                 self._add_literal(item, row, value, name)
 
     def _add_literal(self, item: Item, row: Parameter, value: Initial, token: Token) -> None:
@@ -446,7 +446,7 @@ class Moves:
 
     def read_entries(self) -> list[Data]:
         """The entries of the listing, in the order of execution."""
-        unread = self._read_concerned()
+        unread = self._read_block_moves()
         if self.takes_all:
             unread = [guarded for guarded in unread if not self._try_read(guarded)]
         for guarded in unread:
@@ -459,7 +459,7 @@ class Moves:
             self._check_conditions(read, by_target)
         return list(self._ordered_entries())
 
-    def _read_concerned(self) -> list[GuardedAssignment]:
+    def _read_block_moves(self) -> list[GuardedAssignment]:
         """Reads what concerns the blocks, from their inputs back; what is left does not concern them."""
         waiting: dict[str, list[tuple[int, GuardedAssignment]]] = {}
         for place, guarded in enumerate(self.calls.branches.assignments):
@@ -511,7 +511,7 @@ class Moves:
             names |= {*wiring.names}
             content = wire_text(wiring.code, wiring.constants, wiring.names.__getitem__)
             if len(content) > MAX_LENGTH:
-                raise guarded.value[0].error(TOO_LONG)
+                raise guarded.value[0].error(TOO_LONG_TEXT)
         entry: Data = {"move": content, "to": target.name}
         if guarded.guards:
             entry["when"] = self._condition_text(guarded, condition)
@@ -546,7 +546,7 @@ class Moves:
 
     def _ordered_entries(self) -> Iterator[dict[str, object]]:
         needed = self._call_needs()
-        at_start = [self._at_start(read, needed) for read in self.moves]
+        at_start = [self._is_at_start(read, needed) for read in self.moves]
         written_names, used_names = set[str](), set[str]()  # by those before that are executed at the end
         for _, group in groupby(zip(self.moves, at_start, strict=True), lambda one: one[0].source.number):
             entries = [*group]
@@ -560,7 +560,7 @@ class Moves:
         yield from (read.entry | {"at": "start"} for read, first in zip(self.moves, at_start, strict=True) if first)
         yield from (read.entry for read, first in zip(self.moves, at_start, strict=True) if not first)
 
-    def _at_start(self, read: MoveRead, needed: CallNeeds) -> bool:
+    def _is_at_start(self, read: MoveRead, needed: CallNeeds) -> bool:
         total, turn = self.calls.call_count, read.source.calls_before
         if turn == total and turn:
             return False

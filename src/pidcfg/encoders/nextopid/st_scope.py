@@ -16,11 +16,11 @@ from pidcfg.encoders.nextopid.st_write import EQUALITY, MAX_PARENTHESES, OPERATO
 from pidcfg.encoders.parameters import Parameter
 from pidcfg.encoders.structured_text import (
     END,
-    INTEGERS,
+    INTEGER_TYPES,
     NAME,
-    REALS,
+    REAL_TYPES,
     TRUTHS,
-    VARIABLES,
+    VARIABLE_KEYWORDS,
     Comment,
     Cursor,
     Declaration,
@@ -91,7 +91,7 @@ def parse_st(text: str) -> Source:
     source, cursor, has_ended = Source(comments=comments), Cursor(tokens), False
     while cursor.next_token.kind != END:
         word = cursor.next_token.upper
-        if word in VARIABLES:
+        if word in VARIABLE_KEYWORDS:
             source.declarations += read_declarations(cursor)
         elif word in SKIPPED_UNITS:
             source.skipped.append(cursor.next_token.line)
@@ -160,14 +160,14 @@ def parse_body(text: str, line: int, source: Source) -> None:
 
 def drop_list_names(statement_read: Statement, owners: Mapping[str, set[str]]) -> Statement:
     """A statement without the names of lists before their variables, ``GVL.TIC_1``."""
-    tokens, tokens_kept, at = statement_read.tokens, [], 0
-    while at < len(tokens):
-        member = tokens[at + 2].upper if at + 2 < len(tokens) and tokens[at + 1].text == "." else ""
-        is_member = at > 0 and tokens[at - 1].text == "."
-        if not is_member and tokens[at].kind == NAME and member in owners.get(tokens[at].upper, ()):
-            at += 2
-        tokens_kept.append(tokens[at])
-        at += 1
+    tokens, tokens_kept, index = statement_read.tokens, [], 0
+    while index < len(tokens):
+        member = tokens[index + 2].upper if index + 2 < len(tokens) and tokens[index + 1].text == "." else ""
+        is_member = index > 0 and tokens[index - 1].text == "."
+        if not is_member and tokens[index].kind == NAME and member in owners.get(tokens[index].upper, ()):
+            index += 2
+        tokens_kept.append(tokens[index])
+        index += 1
     return Statement(tuple(tokens_kept))
 
 
@@ -244,9 +244,9 @@ class Scope:
                 raise declaration.name.error(f"{declaration.name.text} is declared again")
             self.variables[declaration.name.upper] = declaration
         for entry, place in zip(listing.settings, places, strict=True):
-            self._add_described(dict(entry), place)
+            self._add_from_settings(dict(entry), place)
         for declaration in source.declarations:
-            self._add_declared(declaration)
+            self._add_instance(declaration)
         for declaration in source.declarations:
             match = PARAMETER_NOTE.fullmatch(declaration.note)
             item = self.items.get(match.group(1).upper()) if match else None
@@ -256,7 +256,7 @@ class Scope:
                     self.aliases[declaration.name.upper] = (item, row)
         return self
 
-    def _add_described(self, entry: dict[str, object], place: Comment) -> None:
+    def _add_from_settings(self, entry: dict[str, object], place: Comment) -> None:
         """An item of the settings; instances must be declared, and as what they say."""
         name, kind = entry.get("loop") or entry.get("block"), LIBRARY.get(str(entry.get("type")).upper())
         if not isinstance(name, str) or kind is None:
@@ -269,7 +269,7 @@ class Scope:
             raise ListingError(f"{name} is not declared", place.line, place.column)
         self._add_item(Item(declaration.name.text if declaration else name, kind, entry), place.line, place.column)
 
-    def _add_declared(self, declaration: Declaration) -> None:
+    def _add_instance(self, declaration: Declaration) -> None:
         """An instance that no comment speaks of."""
         block_type = next((LIBRARY[token.upper] for token in declaration.type if token.upper in LIBRARY), None)
         if block_type is None or declaration.name.upper in self.items:
@@ -353,11 +353,11 @@ class Scope:
 
     def _use_signal(self, declaration: Declaration) -> tuple[str, IecType]:
         name, kind = declaration.name, declaration.type_name
-        if kind not in {*SIGNAL_TYPES, *REALS, *INTEGERS}:
+        if kind not in {*SIGNAL_TYPES, *REAL_TYPES, *INTEGER_TYPES}:
             raise name.error(f"{name.text} is read by a block, and is neither a number nor a TIME nor a BOOL")
         check_name(name.text, name.line, name.column)
         self.used_variables.add(name.upper)
-        return name.text, SIGNAL_TYPES.get(kind, REAL if kind in REALS else INT)
+        return name.text, SIGNAL_TYPES.get(kind, REAL if kind in REAL_TYPES else INT)
 
     def find_signals(self, *, takes_all: bool) -> Iterator[Declaration]:
         """Variables that come from outside: those that wires read, or all of a fitting type."""
@@ -376,9 +376,9 @@ class Scope:
 # A program tells whole numbers from real ones, and divides them otherwise; it joins BOOLs, and has times. What means
 # the same in a configuration is read; a type that an operator does not take is refused where it stands.
 
-TO_REAL = frozenset((*(f"{kind}_TO_REAL" for kind in INTEGERS | {"LREAL"}), "TO_REAL"))
+REAL_CONVERSIONS = frozenset((*(f"{kind}_TO_REAL" for kind in INTEGER_TYPES | {"LREAL"}), "TO_REAL"))
 """Conversions that change no number of ours."""
-TO_WHOLE = {"INT": frozenset(("REAL_TO_INT", "TO_INT")), "UINT": frozenset(("REAL_TO_UINT", "TO_UINT"))}
+WHOLE_CONVERSIONS = {"INT": frozenset(("REAL_TO_INT", "TO_INT")), "UINT": frozenset(("REAL_TO_UINT", "TO_UINT"))}
 """Conversions of a whole expression, by the type of the parameter that it is for."""
 TIME_TO_REAL = "TIME_TO_REAL"
 MS_PER_SECOND = 1000
@@ -386,9 +386,9 @@ FUNCTIONS = {"MIN": (MINIMUM, 2), "MAX": (MAXIMUM, 2), "ABS": (ABSOLUTE, 1), "SQ
 SUM_SIGNS = ("+", "-")
 OPERATORS_BY_SIGN = {sign: (op, rank) for op, (sign, rank) in OPERATORS.items()}
 """Operators between two operands, and how tightly they bind."""
-AMPERSANDS = {"&": "AND"}
-ALLOWED = "numbers, names, conditions, + - * / ( ) and MIN, MAX, ABS, SQRT can be wired"
-TOO_LONG = f"the expression is longer than {MAX_LENGTH} characters: assign a part of it to a variable before"
+OPERATOR_ALIASES = {"&": "AND"}
+ALLOWED_TEXT = "numbers, names, conditions, + - * / ( ) and MIN, MAX, ABS, SQRT can be wired"
+TOO_LONG_TEXT = f"the expression is longer than {MAX_LENGTH} characters: assign a part of it to a variable before"
 BOOL_KIND, REAL_KIND, WHOLE_KIND, TIME_KIND = "bool", "real", "whole", "time"
 KIND_TEXTS = {BOOL_KIND: "a BOOL", REAL_KIND: "a REAL", WHOLE_KIND: "a whole number", TIME_KIND: "a TIME"}
 NUMBERS = frozenset((REAL_KIND, WHOLE_KIND))
@@ -414,7 +414,7 @@ class Wiring:
         """The expression that is wired to a parameter of this type."""
         end = Token(END, "the end of the expression", tokens[-1].line, tokens[-1].column)
         self = cls(Cursor((*tokens, end, end, end, end, end)), resolve)
-        if self.cursor.next_token.upper in TO_WHOLE.get(kind.name, ()):
+        if self.cursor.next_token.upper in WHOLE_CONVERSIONS.get(kind.name, ()):
             word = self.cursor.take_token()
             self.cursor.expect_token("(", word.text)
             kind_found = self.parse_expression(1)
@@ -422,9 +422,9 @@ class Wiring:
         else:
             kind_found = self.parse_expression(0)
         if len(self.code) > 2 * MAX_LENGTH:  # each pair of it is a character at least
-            raise tokens[0].error(TOO_LONG)
+            raise tokens[0].error(TOO_LONG_TEXT)
         if self.cursor.next_token.kind != END:
-            raise self.cursor.next_token.error(f"unexpected {self.cursor.next_token.text!r}; {ALLOWED}")
+            raise self.cursor.next_token.error(f"unexpected {self.cursor.next_token.text!r}; {ALLOWED_TEXT}")
         expected = "a BOOL is wanted" if kind.kind == "bool" else "numbers are wanted"
         subject = f"{self.names[0]} is" if self.code[::2] == [SIGNAL] else "this is"
         require(
@@ -445,7 +445,7 @@ class Wiring:
         kind = REAL_KIND if min_rank <= PRODUCT and self.parse_seconds() else self.parse_factor(depth)
         while True:
             sign = self.cursor.next_token
-            op, rank = OPERATORS_BY_SIGN.get(AMPERSANDS.get(sign.text, sign.upper), (0, -1))
+            op, rank = OPERATORS_BY_SIGN.get(OPERATOR_ALIASES.get(sign.text, sign.upper), (0, -1))
             if rank < min_rank:
                 return kind
             self.cursor.take_token()
@@ -507,7 +507,7 @@ class Wiring:
         elif token.kind == NAME:
             kind = self.parse_name_or_call(depth)
         else:
-            raise token.error(f"a number or a name is missing before {token.text!r}; {ALLOWED}")
+            raise token.error(f"a number or a name is missing before {token.text!r}; {ALLOWED_TEXT}")
         require(not signed or kind in NUMBERS, token, "a sign wants a number")
         if negative:
             self.emit_code(NEGATE)
@@ -565,11 +565,11 @@ class Wiring:
     def parse_call(self, depth: int) -> str:
         """A function."""
         word = self.cursor.take_token()
-        if any(word.upper in words for words in TO_WHOLE.values()):
+        if any(word.upper in words for words in WHOLE_CONVERSIONS.values()):
             raise word.error(f"{word.text} can only be around the whole expression of an INT parameter")
-        if word.upper not in {*FUNCTIONS, *TO_REAL, TIME_TO_REAL}:
-            raise word.error(f"{word.text} is a function that cannot be wired; {ALLOWED}")
-        op, fewest = FUNCTIONS.get(word.upper, (0, 1))
+        if word.upper not in {*FUNCTIONS, *REAL_CONVERSIONS, TIME_TO_REAL}:
+            raise word.error(f"{word.text} is a function that cannot be wired; {ALLOWED_TEXT}")
+        op, min_count = FUNCTIONS.get(word.upper, (0, 1))
         self.cursor.expect_token("(", word.text)
         kinds = [self.parse_expression(depth + 1)]
         while self.cursor.next_token.text == ",":
@@ -577,7 +577,7 @@ class Wiring:
             kinds.append(self.parse_expression(depth + 1))
             self.emit_code(op)
         self.cursor.expect_token(")", "the arguments")
-        if len(kinds) < fewest or (fewest == 1 and len(kinds) > 1):
+        if len(kinds) < min_count or (min_count == 1 and len(kinds) > 1):
             raise word.error(f"{word.text} does not take {len(kinds)} argument{'s' * (len(kinds) > 1)}")
         if word.upper == TIME_TO_REAL:
             require(kinds == [TIME_KIND], word, f"{word.text} takes a TIME")
@@ -585,7 +585,7 @@ class Wiring:
         require({*kinds} <= NUMBERS, word, f"{word.text} takes numbers")
         if op in (ABSOLUTE, ROOT):
             self.emit_code(op)
-        return REAL_KIND if word.upper in {"SQRT", *TO_REAL} or REAL_KIND in kinds else WHOLE_KIND
+        return REAL_KIND if word.upper in {"SQRT", *REAL_CONVERSIONS} or REAL_KIND in kinds else WHOLE_KIND
 
 
 def require(is_met: bool, token: Token, message: str) -> None:  # noqa: FBT001 - what is wanted

@@ -84,14 +84,14 @@ class Piece(NamedTuple):
     arguments: tuple[str, ...] = ()
 
 
-def plain_real(value: float) -> str:
+def plain_number_text(value: float) -> str:
     """A number as people write it."""
     return repr(value).removesuffix(".0")
 
 
 WORDS = {op: name for name, (op, _, _) in FUNCTIONS.items()}
 ST_DIALECT = Dialect(real_text, {op: name.upper() for op, name in WORDS.items()}, {MINIMUM: 2, MAXIMUM: 2})
-PLAIN_DIALECT = Dialect(plain_real, WORDS, {FUNCTIONS[name][0]: FUNCTIONS[name][2] for name in ("min", "max")})
+PLAIN_DIALECT = Dialect(plain_number_text, WORDS, {FUNCTIONS[name][0]: FUNCTIONS[name][2] for name in ("min", "max")})
 COMPACT_DIALECT = Dialect(PLAIN_DIALECT.number, PLAIN_DIALECT.functions, PLAIN_DIALECT.max_arguments, "")
 """As configuration files have it, for an expression that would be too long with blanks."""
 
@@ -271,20 +271,20 @@ class Unit:
 
     @cached_property
     def _names_and_counters(self) -> tuple[dict[int, str], dict[int, tuple[str, int]]]:
-        used = {
+        used_names = {
             name.upper() for name in (*self.signals, *(block.name for block in self.layout.instances), self.program)
         }
-        used |= RESERVED
+        used_names |= RESERVED
         names = {number: name for name, number in self.layout.numbers.items()}
         for block in self.layout.instances:
             for offset, row in enumerate(block.kind.table.rows if block.kind.function else ()):
                 if row.access == "output" or block.base + offset in self.numbers_read:
-                    names[block.base + offset] = unused_name(f"{block.name}_{row.name}", used)
+                    names[block.base + offset] = unused_name(f"{block.name}_{row.name}", used_names)
         counters = {}
         for i, entry in enumerate(self.image.settings):
             cycles = cycles_of(entry, self.image.plc)
             if cycles != 1:
-                counters[i] = (unused_name(f"{self.layout.instances[i].name}_Cycle", used), cycles)
+                counters[i] = (unused_name(f"{self.layout.instances[i].name}_Cycle", used_names), cycles)
         return names, counters
 
     @cached_property
@@ -602,8 +602,8 @@ XML_TAIL = """      </pou>
   </types>
   <instances>
 """
-WITHOUT_TASK = ("<configurations />",)
-WITH_TASK = """<configurations>
+NO_TASK_XML = ("<configurations />",)
+TASK_XML = """<configurations>
   <configuration name="Device">
     <resource name="Application">
       <task name="{task}" interval="PT{seconds}S" priority="1">
@@ -639,11 +639,11 @@ def _task_lines(unit: Unit) -> Sequence[str]:
     """The cyclic task that calls the program; none where nobody says its interval."""
     interval = unit.image.plc.get("sample_time")
     if interval is None:
-        return WITHOUT_TASK
+        return NO_TASK_XML
     used = {name.upper() for name in (*unit.names.values(), *(block.name for block in unit.layout.instances))}
     task = unused_name("PidTask", used | {unit.program.upper()})
     seconds = decimal_text(Decimal(str(interval)))
-    return WITH_TASK.format(task=task, seconds=seconds, name=escape(unit.program)).split("\n")
+    return TASK_XML.format(task=task, seconds=seconds, name=escape(unit.program)).split("\n")
 
 
 def _xhtml_text(text: str, indent: str) -> str:
@@ -672,16 +672,16 @@ def _variable_xml(variable: Variable) -> Iterator[str]:
 def _structure_xml(initial: Mapping[str, tuple[IecType, Content]]) -> Iterator[str]:
     """Initial values by member; members of a structure inside it have a dot in their names."""
     yield "<structValue>"
-    inside = ""
+    members = ""
     for name, value in initial.items():
         first, _, rest = name.rpartition(".")
-        if inside and inside != first:
+        if members and members != first:
             yield from ("    </structValue>", "  </value>")
-        if first and inside != first:
+        if first and members != first:
             yield from (f'  <value member="{escape(first)}">', "    <structValue>")
-        inside, pad = first, "      " if first else "  "
+        members, pad = first, "      " if first else "  "
         yield from (f'{pad}<value member="{escape(rest)}">', f"{pad}  {_simple_xml(*value)}", f"{pad}</value>")
-    if inside:
+    if members:
         yield from ("    </structValue>", "  </value>")
     yield "</structValue>"
 

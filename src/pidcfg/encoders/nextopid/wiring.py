@@ -194,19 +194,19 @@ class Layout:
 
     def execution_order(self, wires: Wires) -> list[int]:
         """The numbers of the blocks in the order in which they are executed."""
-        waits = [owners - {i} for i, owners in enumerate(self.read_blocks(wires))]
+        reads = [owners - {i} for i, owners in enumerate(self.read_blocks(wires))]
         ordered: dict[int, None] = {}
         remaining = list(range(len(self.instances)))
         while remaining:
-            ready = next((i for i in remaining if waits[i] <= ordered.keys()), None)
-            next_block = self._begin_ring(remaining, waits) if ready is None else ready
+            ready = next((i for i in remaining if reads[i] <= ordered.keys()), None)
+            next_block = self._begin_ring(remaining, reads) if ready is None else ready
             ordered[next_block] = None
             remaining.remove(next_block)
         return list(ordered)
 
-    def _begin_ring(self, remaining: Sequence[int], waits: Sequence[set[int]]) -> int:
+    def _begin_ring(self, remaining: Sequence[int], reads: Sequence[set[int]]) -> int:
         """Of rings that wait for nothing but themselves, the first loop, or else the first block."""
-        reachable = {i: reachable_blocks(i, waits, set(remaining)) for i in remaining}
+        reachable = {i: reachable_blocks(i, reads, set(remaining)) for i in remaining}
         leading = [i for i in remaining if all(i in reachable[j] for j in reachable[i])]
         return next((i for i in leading if self.instances[i].kind.name in LOOP_TYPES), leading[0])
 
@@ -221,15 +221,15 @@ class Layout:
                 yield ring
 
 
-def reachable_blocks(start: int, waits: Sequence[set[int]], blocks: set[int]) -> set[int]:
+def reachable_blocks(start: int, reads: Sequence[set[int]], blocks: set[int]) -> set[int]:
     """Everything that a block waits for, however indirectly, among some blocks."""
     found: set[int] = set()
-    open_blocks = list(waits[start] & blocks)
+    open_blocks = list(reads[start] & blocks)
     while open_blocks:
         i = open_blocks.pop()
         if i not in found:
             found.add(i)
-            open_blocks += waits[i] & blocks
+            open_blocks += reads[i] & blocks
     return found
 
 

@@ -9,12 +9,12 @@ from pidcfg.encoders.maps.click import (
     C_BLOCK,
     CODES,
     DF_BLOCK,
-    DOUBTS,
     DS_BLOCK,
+    INFERRED_REMARKS,
     SPACE,
     SUFFIXES,
-    WORDS,
-    WRITERS,
+    WORD_MEANINGS,
+    WRITER_TEXTS,
 )
 from pidcfg.output.explanation.book import Direction, Series, Start, block_claims
 from pidcfg.output.explanation.page import Scaling
@@ -46,7 +46,7 @@ EXPLAINER = RegisterBook(
         Block("DS", DS_BLOCK, "DS101", ("ds", "dsn")),
         Block("DF", DF_BLOCK, "DF101", ("df", "dfn")),
     ),
-    words=WORDS,
+    words=WORD_MEANINGS,
     series=(Series("PID error", CODES, "a number that the help does not list", ERROR_PREFIXES),),
     forms=(
         ("a PID error number", "CK27"),
@@ -59,8 +59,8 @@ EXPLAINER = RegisterBook(
     direction=Direction("action", "the process's", {"direct": "direct", "forward": "direct", "reverse": "reverse"}),
     unstored_keys=UNSTORED_KEYS,
     starts=tuple(Start(key, prefix, f"{prefix}101") for key, (prefix, _) in BLOCKS.items()),
-    remark=lambda word, _raw, _scaling: DOUBTS.get(word.name, ""),
-    writers=WRITERS,
+    remark=lambda word, _raw, _scaling: INFERRED_REMARKS.get(word.name, ""),
+    writers=WRITER_TEXTS,
     placements=partial(block_claims, BLOCKS, SPACE, "LOOP{}", scaling_of),
     aliases={suffix: name for name, suffix in SUFFIXES.items()},
 )

@@ -21,21 +21,21 @@ from pidcfg.encoders.maps.dl06 import (
     ERROR_FLAGS,
     FILTER,
     FORMATS,
-    HOW_TO_CHECK_AGAIN,
     LOOP_COUNT,
     LOOP_TABLE,
     LOOP_TABLES,
     LOWER,
     RAMP_SOAK_PAIR,
     RAMP_SOAK_PAIRS,
-    READ_LATE,
+    READ_DELAYS,
+    RECHECK_ADVICE,
     RESET,
     SETUP_WORDS,
     SPACE,
     TABLE_POINTER,
     UPPER,
-    WORDS,
-    WRITERS,
+    WORD_MEANINGS,
+    WRITER_TEXTS,
     Source,
     SpanBcd,
 )
@@ -212,7 +212,7 @@ def _ramp_soak(table: int, loop: str, scaling: Scaling) -> Iterator[tuple[int, P
 
 READ_WHEN_TEXTS = {
     key: f"{text}, and Program mode stops the machine" if "Program" in text else text
-    for key, text in (*READ_LATE.items(), ("program-to-run", "is not read until the CPU changes from Program to Run"))
+    for key, text in (*READ_DELAYS.items(), ("program-to-run", "is not read until the CPU changes from Program to Run"))
 }
 USER_MEMORY = "a word of user V-memory in which loop tables may lie"
 REGIONS = (
@@ -235,13 +235,13 @@ SETUP_MEANINGS = {
     "loop_table": Meaning(
         f"Where the loop table begins: {LOWER}, or {UPPER}. Elsewhere bit 0 or 1 of {v_name(ERROR_FLAGS)} goes on, "
         "with a table that is too long bit 3, and no loop runs.",
-        f"Write the address. {HOW_TO_CHECK_AGAIN}",
+        f"Write the address. {RECHECK_ADVICE}",
         ("DL201", "DL202", "DL204"),
     ),
     "number_of_loops": Meaning(
         f"How many loops are calculated, from the first on: 0 to {CPU.loops}. 0: no loop runs. More, or no BCD number: "
         f"bit 2 of {v_name(ERROR_FLAGS)} goes on, and no loop runs either.",
-        f"Write the number. {HOW_TO_CHECK_AGAIN}",
+        f"Write the number. {RECHECK_ADVICE}",
         ("DL203", "DL207", "DL208", "DL209"),
     ),
 }
@@ -254,7 +254,7 @@ EXPLAINER = RegisterBook(
         Block("V", LOOP_TABLE, "V2000", ("", "addr", "v"), repeat=CPU.loops),
         Block("V", RAMP_SOAK_PAIR, "V3000", ("ramp", "rs", "rampsoak"), repeat=RAMP_SOAK_PAIRS, is_in_loop=False),
     ),
-    words=WORDS | SETUP_MEANINGS,
+    words=WORD_MEANINGS | SETUP_MEANINGS,
     bits=BIT_MEANINGS,
     forms=(
         ("a word, hexadecimal content", "V7642=0008"),
@@ -274,7 +274,7 @@ EXPLAINER = RegisterBook(
     unscaled_text=unscaled_counts,
     remark=word_remark,
     root_basis=D16,
-    writers=WRITERS,
+    writers=WRITER_TEXTS,
     read_when_texts=READ_WHEN_TEXTS,
     hexadecimal=True,
     regions=REGIONS,

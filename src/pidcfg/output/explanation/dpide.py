@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from pidcfg.encoders.maps.dpide import CODES, D254, DPIDE_TABLE, INTEGRAL, ROWS, STATES, WRITERS
+from pidcfg.encoders.maps.dpide import CODES, D254, DPIDE_TABLE, INTEGRAL_WORDS, ROWS, STATES, WRITER_TEXTS
 from pidcfg.encoders.parameters import Content, Parameter
 from pidcfg.output.explanation.book import Direction, Series
 from pidcfg.output.explanation.parameters import ParameterBook, Words
@@ -50,7 +50,7 @@ EXPLAINER = ParameterBook(
     direction=Direction("PID_DIR", "the process's", {"forward": "PID_DIR TRUE", "reverse": "PID_DIR FALSE"}),
     series=(Series("mode", CODES),),
     states=STATES,
-    writers=WRITERS,
+    writers=WRITER_TEXTS,
     remark=number_remark,
-    words=Words("I_MV", INTEGRAL, str(D254)),
+    words=Words("I_MV", INTEGRAL_WORDS, str(D254)),
 )

@@ -9,7 +9,7 @@ from typing import Any
 from pidcfg.encoders.codecs import SIGN_BIT
 from pidcfg.encoders.ezlogix.image import scales_of
 from pidcfg.encoders.image import read_settings
-from pidcfg.encoders.maps.ezlogix import BLOCKS, CODES, DUTY_FULL, R_BLOCK, S_BLOCK, SPACE, VARIABLES, WORDS
+from pidcfg.encoders.maps.ezlogix import BLOCKS, CODES, DUTY_COUNTS, R_BLOCK, S_BLOCK, SPACE, VARIABLES, WORD_MEANINGS
 from pidcfg.encoders.regmap import Word
 from pidcfg.output.explanation.book import Direction, Series, Start, block_claims
 from pidcfg.output.explanation.page import Scaling
@@ -66,7 +66,7 @@ def duty_cycle(word: Word, raw: int, _scaling: Scaling) -> str:
         return ""
     if raw > CV_FULL:
         return f"not within 0 to {CV_FULL}, the range of the CV"
-    return f"{DUTY_NAMES[word.name]} Duty Cycle {100 * raw / DUTY_FULL:.4g} %"
+    return f"{DUTY_NAMES[word.name]} Duty Cycle {100 * raw / DUTY_COUNTS:.4g} %"
 
 
 UNSTORED_KEYS = {
@@ -97,7 +97,7 @@ EXPLAINER = RegisterBook(
         Block("R", R_BLOCK, "R101", ("base", "basereg", "registerbase", "r")),
         Block("S", S_BLOCK, "S101", ("base", "discretebase", "s")),
     ),
-    words=WORDS,
+    words=WORD_MEANINGS,
     series=(
         Series(
             "autotune status", CODES, "a number that the manual does not list", ("at", "autotune", "autotunestatus")

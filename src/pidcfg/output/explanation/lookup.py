@@ -188,7 +188,7 @@ def _with_direction(page: Page, vendor: str, direction: Direction, word: str | N
 
 def heating_words(vendor: str) -> dict[str, bool]:
     """Whether the PV rises with the output, by the vendor's words."""
-    book, heating = book_of(vendor), tables_of(VENDORS[vendor]).TUNED.heating
+    book, heating = book_of(vendor), tables_of(VENDORS[vendor]).TUNING_NUMBERS.heating
     return {word: content == heating for word, content in book.direction.words.items()}
 
 

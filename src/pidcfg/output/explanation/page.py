@@ -162,7 +162,7 @@ def special_code(codec: Any, raw: int) -> str:
     """What a content does that is a code: it mostly switches the register's function off."""
     if raw not in {codec.encode(number * codec.step) for number in getattr(codec, "off", ())}:
         return ""
-    return {"off": "switched off", "not allowed": ""}.get(codec.special, str(codec.special))
+    return {"off": "switched off", "not allowed": ""}.get(codec.off_effect, str(codec.off_effect))
 
 
 def _quantity_text(word: Word, value: Any, raw: int, scaling: Scaling) -> str:
@@ -330,7 +330,7 @@ def raw_of(text: str, kind: Kind, name: str, *, hexadecimal: bool) -> int:
     if content is None:
         digits = HEX.fullmatch(text)
         cure = f"; hexadecimal digits are written 0x{digits.group(1)}" if digits and not text.isdecimal() else ""
-        raise QuestionError(f"{name}={text}: the value is not {kind.holds}{cure}")
+        raise QuestionError(f"{name}={text}: the value is not {kind.title}{cure}")
     return content
 
 
@@ -417,15 +417,15 @@ class ConfigIndex:
         word = next(w for w in block.table.words if w.offset == offset)
         rows = [row for row in block.table.bits if row.offset == offset and row.access == "setting"]
         paths = [path for path in (word.path, *(row.path for row in rows)) if path is not None]
-        origins = [o for path in paths if (o := self.origin((*block.place, *parse_path(path)), block.loop))]
+        origins = [o for path in paths if (o := self.origin((*block.path, *parse_path(path)), block.loop))]
         raw = block.encoded.words[offset]
         return Placement(block.table, word, block.loop, self._scaling(block), raw, tuple(origins))
 
     def _scaling(self, block: Block) -> Scaling | None:
         loops, vendor = self.checked.config.loops, self.checked.vendor
-        if vendor is None or len(block.place) < 2 or block.place[0] != "loops" or not isinstance(block.place[1], int):
+        if vendor is None or len(block.path) < 2 or block.path[0] != "loops" or not isinstance(block.path[1], int):
             return None
-        scaling: Scaling = vendor.load("explainer").scaling(loops[block.place[1]], self.checked.config)
+        scaling: Scaling = vendor.load("explainer").scaling(loops[block.path[1]], self.checked.config)
         return scaling
 
     def with_origin(self, page: Page, entry: Entry) -> Page:

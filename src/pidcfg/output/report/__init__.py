@@ -482,7 +482,7 @@ def loop_words(encoding: Encoding, loop: int) -> Iterator[tuple[Block, Word, int
     """The registers of a loop's own blocks, by its number, with their contents."""
     memory = encoding.image.words
     for block in encoding.blocks:
-        if block.place == ("loops", loop):
+        if block.path == ("loops", loop):
             yield from ((block, word, memory.get(block.start + word.offset, 0)) for word in block.table.words)
 
 

@@ -100,7 +100,7 @@ def loop_facts(
 
 def direction_text(vendor: Vendor, loop: object) -> str:
     """Where the PV goes when the output rises, by the loop's own word for its action; empty where nobody knows."""
-    key, heating = vendor.load("explainer").direction.key, tables_of(vendor).TUNED.heating.rpartition(" ")[2]
+    key, heating = vendor.load("explainer").direction.key, tables_of(vendor).TUNING_NUMBERS.heating.rpartition(" ")[2]
     value = value_at(loop, parse_path(key))
     if isinstance(value, Wire):
         return f"{WIRED_TEXT}{key} := {value.text}"
@@ -111,7 +111,7 @@ def direction_text(vendor: Vendor, loop: object) -> str:
 
 def tuning_facts(vendor: Vendor, loop: object, settings: Mapping[str, Setting]) -> Iterator[Fact]:
     """The form of the equation, where a vendor has two, and the three terms."""
-    tuning_words = tables_of(vendor).TUNED
+    tuning_words = tables_of(vendor).TUNING_NUMBERS
     form, dependent = getattr(tuning_words, "dependent", None), None
     value = None if form is None else value_at(loop, parse_path(form[0]))
     if form is not None and value is not None:
@@ -262,7 +262,7 @@ def places_of(encoding: Encoding, loop: int) -> dict[str, str]:
     for block in encoding.blocks:
         for row in block.table.points if _is_of_loop(block, loop) else ():
             if row.path is not None:
-                path = path_text((*block.place[2:], row.path)).removesuffix(".0").removesuffix(".1")
+                path = path_text((*block.path[2:], row.path)).removesuffix(".0").removesuffix(".1")
                 name = encoding.space.name(block.start + row.offset)
                 plural = "s" if len(row.bits) > 1 else ""
                 numbers = f" bit{plural} {bit_numbers(row)}" if row.bits else ""
@@ -273,7 +273,7 @@ def places_of(encoding: Encoding, loop: int) -> dict[str, str]:
 
 def _is_of_loop(block: Block, loop: int | None) -> bool:
     """Whether a block is of a loop by its number (two may have one name), or of none."""
-    return block.loop is None if loop is None else block.place[:2] == ("loops", loop)
+    return block.loop is None if loop is None else block.path[:2] == ("loops", loop)
 
 
 @frozen
@@ -336,7 +336,7 @@ class RegisterSheet:
 
     def _register_value(self, word: Word, block: Block, raw: int) -> tuple[report.Value, str]:
         """What the PLC reads in a register, in engineering units; counts where there is no range."""
-        spell = getattr(word.codec, "spelled", None)
+        spell = getattr(word.codec, "spell", None)
         if spell is not None:
             return spell(raw, self.encoding.space.name), ""
         try:
@@ -345,7 +345,7 @@ class RegisterSheet:
             return "no value", ""
         step, off = getattr(word.codec, "step", None), getattr(word.codec, "off", ())
         if off and step and value / step in off:
-            return getattr(word.codec, "special", "off"), ""
+            return getattr(word.codec, "off_effect", "off"), ""
         scale = block.scales.get(getattr(word.codec, "scale", ""))
         if isinstance(value, Quantity) and (value.counts or scale is None or scale.range is None):
             return value.value, "counts"
@@ -357,7 +357,7 @@ class RegisterSheet:
 def is_counted(word: Word) -> bool:
     """Whether the decimal number of a register says something."""
     notation = str(getattr(word.codec, "notation", ""))
-    return not notation.startswith(BCD_NOTATION) and not hasattr(word.codec, "spelled")
+    return not notation.startswith(BCD_NOTATION) and not hasattr(word.codec, "spell")
 
 
 def with_contents(facts: Iterable[report.Fact], blocks: Sequence[report.RegisterBlock]) -> Iterator[report.Fact]:

@@ -7,7 +7,7 @@ from itertools import accumulate, groupby, pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pidcfg.conversion.builder import flatten, rescale_output, round_computed
-from pidcfg.conversion.comparison import same_value
+from pidcfg.conversion.comparison import is_same_value
 from pidcfg.text.frozen import frozen
 from pidcfg.text.references import Decision
 
@@ -48,7 +48,7 @@ def neutral_values(loop: Loop, other: Loop) -> tuple[dict[str, Any], dict[str, A
 
 def differing_fields(one: Mapping[str, Any], two: Mapping[str, Any]) -> list[str]:
     """The neutral fields that differ, those first on which others depend."""
-    keys = [key for key in dict.fromkeys((*one, *two)) if not same_value(one.get(key), two.get(key))]
+    keys = [key for key in dict.fromkeys((*one, *two)) if not is_same_value(one.get(key), two.get(key))]
     return sorted(keys, key=lambda key: FIRST_FIELDS.index(key) if key in FIRST_FIELDS else len(FIRST_FIELDS))
 
 

@@ -376,7 +376,7 @@ def measure_error(config: Config, state: State) -> bool:
     in_dead_band = check_dead_band(config, state, error)
     if in_dead_band and operation.deadband in {Deadband.AS_ZERO, Deadband.CROSSED}:
         error = 0.0
-    if operation.squared:
+    if operation.squares_error:
         error *= abs(error) / config.pv_span
     state.previous_error = error if state.pending & NO_PAST else state.error
     state.error = error

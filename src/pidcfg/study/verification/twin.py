@@ -232,7 +232,7 @@ def replace_fields(loop: Loop, values: Mapping[str, Any]) -> Loop:
 def replace_rules(operation: Operation, changes: Sequence[Change], target: Operation, *, integral: bool) -> Operation:
     """The rules of a loop with those that the lines of a report name; ``target``: what they are of."""
     answers: dict[str, Any] = {name: getattr(target, name) for name in PLC_DETAILS}
-    answers["squared"] = operation.squared and target.squared
+    answers["squares_error"] = operation.squares_error and target.squares_error
     if not integral and target.slowest_integral:
         answers |= {"windup": target.windup, "transfer": target.transfer}
     for row in changes:

@@ -14,7 +14,7 @@ from math import isfinite, isnan, sqrt
 from typing import TYPE_CHECKING, Any, cast
 
 from pidcfg.encoders.image import Image
-from pidcfg.encoders.maps.click import BLOCKS, ERRORS, SPACE, TABLES, TUNED, error_text
+from pidcfg.encoders.maps.click import BLOCKS, ERRORS, SPACE, TABLES, TUNING_NUMBERS, error_text
 from pidcfg.encoders.maps.click import MODE_BITS as INDICATIONS
 from pidcfg.encoders.regmap import Point, Word
 from pidcfg.schemas.base import Quantity, Rate, parse_seconds
@@ -445,7 +445,7 @@ class Click(Plc):
 
     def integrates(self, loop: int, signals: Sequence[float]) -> bool:
         """The longest reset time is as good as none."""
-        return self.states[loop].reset < float(TUNED.no_integral)
+        return self.states[loop].reset < float(TUNING_NUMBERS.no_integral)
 
     def dead_band(self, loop: int, signals: Sequence[float]) -> float:
         """DFn+03, which is compared with the squared error where that is on."""

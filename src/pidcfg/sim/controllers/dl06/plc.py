@@ -18,7 +18,7 @@ from pidcfg.encoders.maps.dl06 import (
     LOOP_TABLE,
     LOOP_TABLES,
     RAMP_SOAK_SIZE,
-    READ_LATE,
+    READ_DELAYS,
     TABLE_POINTER,
 )
 from pidcfg.encoders.regmap import Point
@@ -151,8 +151,8 @@ class Loop:
         word |= self.memory[row.offset] & ~row.mask
         rose = word & ~self.memory[row.offset]
         self.memory[row.offset] = word
-        if row.read_when in READ_LATE:
-            return f"+{row.offset:02o} {READ_LATE[row.read_when]}"
+        if row.read_when in READ_DELAYS:
+            return f"+{row.offset:02o} {READ_DELAYS[row.read_when]}"
         self.read_words[row.offset] = word
         if rose:
             self._read_alarms(str(row.path))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import MutableSequence
 from dataclasses import dataclass
 
-from pidcfg.encoders.maps.ezlogix import DUTY_FULL, HUNDREDTHS, TENTHS, highest
+from pidcfg.encoders.maps.ezlogix import DUTY_COUNTS, HUNDREDTHS, TENTHS, maximum
 from pidcfg.schemas.ezlogix import CV_FULL, DERIVATIVE, GAIN, INTEGRAL
 from pidcfg.sim.controllers.autotune import (
     begin_curve,
@@ -265,7 +265,7 @@ def show_signals(config: Config, state: State, signals: MutableSequence[float]) 
 # and so are gaps shorter than the minimum off time (D176). Cycles begin when the PLC starts (D174) and are as fine as
 # the base step (D175).
 
-FULL_DUTY = float(DUTY_FULL)
+FULL_DUTY = float(DUTY_COUNTS)
 """Counts that are a duty cycle of 100 %."""
 
 
@@ -316,7 +316,7 @@ FINAL_CHANGE_FACTOR = 1.5
 """What a first-order answer comes to, once it rises half as fast as it did."""
 MIN_SETTLED_POINTS = 24
 """Points without which nothing counts as settled."""
-MAX_GAIN, MAX_RESET, MAX_RATE = highest(GAIN, HUNDREDTHS), highest(INTEGRAL, TENTHS), highest(DERIVATIVE, TENTHS)
+MAX_GAIN, MAX_RESET, MAX_RATE = maximum(GAIN, HUNDREDTHS), maximum(INTEGRAL, TENTHS), maximum(DERIVATIVE, TENTHS)
 """What the registers may hold by the manual."""
 REASON_BASE = 32
 """Base+12 as the reason of a notice: it is added to this."""

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, cast
 from pidcfg.encoders.codecs import Position, Scale
 from pidcfg.encoders.ezlogix.image import scales_of
 from pidcfg.encoders.image import Image, read_settings
-from pidcfg.encoders.maps.ezlogix import BLOCKS, CODES, LEAST_SAMPLE_RATE, MAP_SPACE, R_BLOCK, S_BLOCK, SPACE
+from pidcfg.encoders.maps.ezlogix import BLOCKS, CODES, MAP_SPACE, MIN_SAMPLE_COUNTS, R_BLOCK, S_BLOCK, SPACE
 from pidcfg.encoders.regmap import RegisterMap, Word
 from pidcfg.schemas.base import Quantity, parse_off_seconds, parse_quantity, parse_seconds, parse_whole_seconds
 from pidcfg.schemas.ezlogix import CV_FULL, LIMITS, TAG, LoopSettings
@@ -198,7 +198,7 @@ def configure_loop(config: Config, loop: Loop, *, runs_when_stopped: bool) -> No
     config.pv_min, config.pv_max, config.pv_span = float(low), float(high), float(high - low)
     config.pv_low, config.pv_width = low_and_width(dialog.pv.range, config.pv_min, config.pv_span)
     config.out_low, config.out_width = low_and_width(dialog.output.range, 0.0, float(CV_FULL))
-    config.halt = int(loop.word("sample_rate") < LEAST_SAMPLE_RATE)  # a sample rate below 0.05 s is none (D162)
+    config.halt = int(loop.word("sample_rate") < MIN_SAMPLE_COUNTS)  # a sample rate below 0.05 s is none (D162)
     config.period = UNKNOWN_PERIOD if config.halt else ticks(loop.quantity("sample_rate"))
     config.runs_when_stopped = int(runs_when_stopped)
     config.fetches_pv = int(dialog.pv.tag.startswith("IR"))
@@ -418,7 +418,7 @@ class Ezlogix(CountsPlc):
             return 0
         row: Word = R_BLOCK.find_word("sample_rate")
         raw = row.encode(value, self._loops[loop].scales())
-        return ticks(row.decode(raw)) if raw >= LEAST_SAMPLE_RATE else 0
+        return ticks(row.decode(raw)) if raw >= MIN_SAMPLE_COUNTS else 0
 
     def set(self, loop: int, path: tuple[str, ...], value: Any, signals: MutableSequence[float]) -> str | None:
         """Write a value to its registers; returns why it has no effect, if so."""

@@ -8,7 +8,7 @@ from math import expm1
 from typing import Any
 
 from pidcfg.encoders.image import default_of
-from pidcfg.encoders.maps.generic import LOOPS, NEEDED, ROWS, TABLES
+from pidcfg.encoders.maps.generic import LOOPS, REQUIRED_FIELDS, ROWS, TABLES
 from pidcfg.encoders.parameters import Content, Parameter, read_content, store_content
 from pidcfg.schemas.base import Quantity, limits_at, parse_off_seconds, parse_seconds
 from pidcfg.schemas.generic import Loop
@@ -153,7 +153,7 @@ def _default_content(row: Parameter) -> Content | None:
     value = default_of(Loop, row.name)
     if value is not None:
         return store_content(row.type, value)
-    return FALLBACKS.get(row.name, row.type.default) if row.name in NEEDED else None
+    return FALLBACKS.get(row.name, row.type.default) if row.name in REQUIRED_FIELDS else None
 
 
 DEFAULTS: Fields = {name: value for name, row in ROWS.items() if (value := _default_content(row)) is not None}
@@ -169,7 +169,7 @@ def fields_of(words: Mapping[str, Any], loop: str) -> tuple[Fields, list[str]]:
         content = None if raw is None else read_content(row.type, raw)
         if content is not None:
             fields[path] = content
-        elif raw is not None or path in NEEDED:
+        elif raw is not None or path in REQUIRED_FIELDS:
             what = "is missing" if raw is None else f"is no {row.type.name}"
             problems.append(f"{path} {what}, {DEFAULTS.get(path, 'nothing')} is taken")
     return fields, problems

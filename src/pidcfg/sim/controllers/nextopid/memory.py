@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from pidcfg.encoders.codecs import LARGEST_SINGLE, DecodeError
 from pidcfg.encoders.image import read_settings
-from pidcfg.encoders.maps.nextopid import BLOCK_TYPES, MOST_SAMPLES
+from pidcfg.encoders.maps.nextopid import BLOCK_TYPES, MAX_DELAY_SAMPLES
 from pidcfg.encoders.nextopid.image import Copy, ItemSettings, MoveError, PlcSettings, read_item, read_moves
 from pidcfg.encoders.nextopid.wiring import Layout, Wires
 from pidcfg.encoders.parameters import Content, Parameter, Program, type_of_content
@@ -359,7 +359,7 @@ class Memory(Plc):
         for record, i in enumerate(self.listed_items):
             if self.layout.instances[i].kind.name in DELAY_BLOCKS:
                 self.configs[record].buffer = len(aux)
-                aux += [0.0] * MOST_SAMPLES
+                aux += [0.0] * MAX_DELAY_SAMPLES
         aux[0] = float(len(aux))
         return aux + [0.0] * (2 + max((row.depth for row in rows), default=0))
 

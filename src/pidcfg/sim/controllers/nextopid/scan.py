@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, MutableSequence, Sequence
 from typing import Any
 
-from pidcfg.encoders.maps.nextopid import MOST_SAMPLES
+from pidcfg.encoders.maps.nextopid import MAX_DELAY_SAMPLES
 from pidcfg.encoders.parameters import Content, Parameter, content_text, raw_of, register_content
 from pidcfg.schemas.iec import IecType, Wire, time_text
 from pidcfg.sim.controllers.kernels import clamp, finite_or, round_half_even, single
@@ -164,7 +164,7 @@ ROUNDING_SHARE = 1.0 - 2.0**-22
 
 def delay_fault(config: Config, time: float) -> bool:
     """Whether a delay is negative or longer than the line (kernel, D239)."""
-    return not (time >= 0.0 and time * ROUNDING_SHARE <= MOST_SAMPLES * config.sample_time)
+    return not (time >= 0.0 and time * ROUNDING_SHARE <= MAX_DELAY_SAMPLES * config.sample_time)
 
 
 def begin_line(config: Config, state: State, aux: MutableSequence[float], samples: int, value: float) -> None:

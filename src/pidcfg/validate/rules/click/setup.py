@@ -11,7 +11,7 @@ from functools import cache, cached_property
 from typing import Any
 
 from pidcfg.encoders.image import Block, Encoding, is_switched_on
-from pidcfg.encoders.maps.click import BLOCKS, ERRORS, LOOPS, SPACE, SUFFIXES, PidError
+from pidcfg.encoders.maps.click import BLOCKS, ERRORS, MAX_LOOPS, SPACE, SUFFIXES, PidError
 from pidcfg.schemas import click as schema
 from pidcfg.schemas.click import D100, ERROR_PREFIX, ClickFile, Loop
 from pidcfg.schemas.numbers import decimal_text
@@ -114,8 +114,8 @@ class LoopView(SwitchedView[Loop]):
         value = self.value(error.register) or Decimal(0)
         if value and (held := self.register_value(error.register)) is not None:
             value = held
-        if error.above is not None:
-            ends = self.register_values(error.register, error.above)
+        if error.crossed is not None:
+            ends = self.register_values(error.register, error.crossed)
             return (
                 bool(ends) and ends[0] > ends[1] and self.setpoint_limit_on("lower") and self.setpoint_limit_on("upper")
             )
@@ -220,7 +220,7 @@ def too_many_loops(context: ClickContext) -> Findings:
 
     Fix: move the loop to another PLC, and to a file of its own.
     """
-    return shared_checks.too_many_loops(context.loops, LOOPS)
+    return shared_checks.too_many_loops(context.loops, MAX_LOOPS)
 
 
 @error("CK304", PWM, "{bit} is also the PWM output of {others}: two loops would switch it")

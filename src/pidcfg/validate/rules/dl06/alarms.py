@@ -193,7 +193,7 @@ class Dl06Context(Context[Dl06File, Encoding]):
         loops, blocks = self.config.loops, self.encoding.blocks
         steps: dict[int, list[Block]] = {i: [] for i in range(len(loops))}
         for block in blocks[len(loops) : -1]:
-            steps[int(block.place[1])].append(block)
+            steps[int(block.path[1])].append(block)
         return tuple(LoopView(i, loop, self.config, blocks[i], tuple(steps[i])) for i, loop in enumerate(loops))
 
     @property

@@ -6,7 +6,7 @@ from itertools import combinations
 from typing import TYPE_CHECKING, NamedTuple
 
 from pidcfg.encoders.dpide.image import D256, symbol_name, unusable_reason
-from pidcfg.encoders.maps.dpide import REMARKS, ROWS, TABLE, WRITTEN_BY_AUTOTUNE
+from pidcfg.encoders.maps.dpide import AUTOTUNE_OPERANDS, REMARKS, ROWS, TABLE
 from pidcfg.schemas.dpide import D250, D600, LAST_REGISTER, MAX_CYCLE, MIN_CYCLE, DeviceRange, device_range
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.text.references import DPIDE, Decision
@@ -257,7 +257,7 @@ def is_written(item: OperandDevice) -> bool:
     if item.operand == "MOUT":
         return item.view.loop.MOUT_AUTO or item.view.has_device("MOUT_AUTO")
     tunes = item.view.loop.PID_MODE == 1 or item.view.has_device("PID_MODE")
-    return item.operand == "MV" or (tunes and item.operand in WRITTEN_BY_AUTOTUNE)
+    return item.operand == "MV" or (tunes and item.operand in AUTOTUNE_OPERANDS)
 
 
 def _conflict_with_output(first: OperandDevice, second: OperandDevice, outputs: list[OperandDevice]) -> str | None:
@@ -442,7 +442,7 @@ def tuned_coefficients_without_devices(view: LoopView) -> Findings:
 
     Fix: give the four operands devices, in a latched range.
     """
-    bare = [name for name in WRITTEN_BY_AUTOTUNE[1:] if not view.has_device(name)]
+    bare = [name for name in AUTOTUNE_OPERANDS[1:] if not view.has_device(name)]
     if view.loop.PID_MODE == AUTOTUNE_MODE and bare:
         yield view.report("PID_MODE", names=", ".join(bare), have="has" if len(bare) == 1 else "have")
 

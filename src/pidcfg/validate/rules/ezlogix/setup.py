@@ -14,7 +14,7 @@ from itertools import permutations
 from pidcfg.encoders.codecs import Scale
 from pidcfg.encoders.ezlogix.image import scales_of
 from pidcfg.encoders.image import Block, Encoding
-from pidcfg.encoders.maps.ezlogix import BLOCKS, LOOPS, R_BLOCK, SPACE, TAG_NAME, VARIABLES
+from pidcfg.encoders.maps.ezlogix import BLOCKS, MAX_LOOPS, R_BLOCK, SPACE, TAG_NAME, VARIABLES
 from pidcfg.schemas.base import Quantity
 from pidcfg.schemas.ezlogix import D152, REGISTERS, EzlogixFile, Loop, tag_name
 from pidcfg.text.diagnostics import Severity
@@ -230,7 +230,7 @@ def too_many_loops(context: EzlogixContext) -> Findings:
 
     Fix: move the loop to another PLC, and to a file of its own.
     """
-    return shared_checks.too_many_loops(context.loops, LOOPS)
+    return shared_checks.too_many_loops(context.loops, MAX_LOOPS)
 
 
 # --- Names of tags that the template makes ----------------------------------------------------------------------------

@@ -7,7 +7,7 @@ from fractions import Fraction
 from itertools import combinations, permutations
 from typing import TYPE_CHECKING
 
-from pidcfg.encoders.maps.ezlogix import D154, DUTY_FULL
+from pidcfg.encoders.maps.ezlogix import D154, DUTY_COUNTS
 from pidcfg.schemas.ezlogix import CV_FULL, D150
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.text.diagnostics import Severity
@@ -461,7 +461,7 @@ def looks_like_percent(view: LoopView) -> bool:
 
 def is_pulse_skipped(view: LoopView, cv: int) -> bool:
     """Whether the pulse for a CV is shorter than the minimum on time, and there is none."""
-    return view.pulses is not None and view.pulses[0] * cv < view.pulses[1] * DUTY_FULL
+    return view.pulses is not None and view.pulses[0] * cv < view.pulses[1] * DUTY_COUNTS
 
 
 @per_loop
@@ -517,7 +517,7 @@ def output_never_off(view: LoopView) -> Findings:
     """
     low = view.cv_limits[0] if view.cv_limits is not None else 0
     if low and not is_pulse_skipped(view, low):
-        yield view.report("output", "limits", low=view.cv_text(low), percent=f"{100 * low / DUTY_FULL:.3g}")
+        yield view.report("output", "limits", low=view.cv_text(low), percent=f"{100 * low / DUTY_COUNTS:.3g}")
 
 
 @per_loop

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from decimal import Decimal
 from typing import NamedTuple
 
-from pidcfg.encoders.maps.ezlogix import DUTY_FULL
+from pidcfg.encoders.maps.ezlogix import DUTY_COUNTS
 from pidcfg.schemas.ezlogix import CV_FULL
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.text.references import EZLOGIX, Decision
@@ -429,7 +429,7 @@ class Pulses(NamedTuple):
 
     def on_time(self, cv: int) -> Decimal:
         """The on-time for a CV, as it is before short pulses and gaps are left out; exact: 4096 is a power of two."""
-        return self.cycle * cv / DUTY_FULL
+        return self.cycle * cv / DUTY_COUNTS
 
     def has_pulse(self, cv: int) -> bool:
         """Whether there is a pulse at all."""
@@ -452,7 +452,7 @@ class Pulses(NamedTuple):
     @property
     def is_on_or_off_only(self) -> bool:
         """Whether there is nothing between off and on: the shortest pulse has no gap behind it."""
-        shortest = max(self.low, 1, math.ceil(self.min_on * DUTY_FULL / self.cycle))
+        shortest = max(self.low, 1, math.ceil(self.min_on * DUTY_COUNTS / self.cycle))
         return self.never_on or self.never_off or self.has_no_gap(shortest)
 
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 from decimal import Decimal
 from fractions import Fraction
 
-from pidcfg.encoders.maps.nextopid import MOST_SAMPLES
+from pidcfg.encoders.maps.nextopid import MAX_DELAY_SAMPLES
 from pidcfg.schemas.nextopid import MAX_SAMPLE_TIME, MIN_INTEGRAL_TIME
 from pidcfg.text.references import NEXTOPID, Decision
 from pidcfg.validate.rule import Finding, Findings, error, info, per_pid, warning
@@ -46,14 +46,14 @@ def delay_too_long(context: NextopidContext) -> Findings:
     """
     for view in context.blocks_of_type(*DELAY_BLOCKS):
         time, sample = view.number_of("DelayTime"), view.sample_time
-        if time is not None and sample > 0 and time > MOST_SAMPLES * sample:
+        if time is not None and sample > 0 and time > MAX_DELAY_SAMPLES * sample:
             yield view.report(
                 "DelayTime",
                 "Error",
                 time=view.quote("DelayTime"),
                 sample=number_text(sample),
                 count=f"{float(time / sample):.6g}",
-                most=number_text(MOST_SAMPLES * sample),
+                most=number_text(MAX_DELAY_SAMPLES * sample),
             )
 
 

@@ -13,7 +13,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pidcfg.encoders.codecs import EncodeError
-from pidcfg.encoders.maps.nextopid import LOOP_TYPES, MOST_SAMPLES
+from pidcfg.encoders.maps.nextopid import LOOP_TYPES, MAX_DELAY_SAMPLES
 from pidcfg.encoders.nextopid.wiring import NoValueError, reachable_blocks, value_of
 from pidcfg.encoders.parameters import shortest_single, store_content
 from pidcfg.schemas.iec import BOOL, INT, Wire
@@ -138,7 +138,7 @@ def _delay_output(read: ReadInput, _: str, sample: float) -> Outputs:
 def _delay_samples(read: ReadInput, sample: float) -> int | None:
     """The samples of a delay; None where it is an error, or almost one."""
     time = read("DelayTime")
-    return round(round_to_single(time / sample)) if 0 <= time <= MOST_SAMPLES * sample else None
+    return round(round_to_single(time / sample)) if 0 <= time <= MAX_DELAY_SAMPLES * sample else None
 
 
 INITIAL_OUTPUT_BLOCKS = frozenset(("ControlLag", "ControlDelay", "ControlDelayLag"))
