@@ -520,6 +520,23 @@ def test_a_member_of_the_instructions_name_is_no_call_of_it(statement):
     assert "statements that are not about DPIDE are left out: lines 2" in found(f"{by_name()}\n{statement}").notes
 
 
+@pytest.mark.parametrize("programs", [1, 2])
+def test_an_external_variable_is_the_global_one(programs):
+    begin = "VAR_GLOBAL a AT D100 : REAL := 7.0; END_VAR\n"
+    external = "PROGRAM P{}\nVAR_EXTERNAL a : REAL; END_VAR\nX := 1;\nEND_PROGRAM\n"
+    others = "".join(external.format(i) for i in range(programs))
+    call = by_name(SV="a")
+    plain, read = (
+        found(f"{begin}PROGRAM M\n{call}\nEND_PROGRAM"),
+        found(f"{begin}{others}PROGRAM M\n{call}\nEND_PROGRAM"),
+    )
+    (loop,) = read.data["loops"]
+    assert (loop["SV"], loop["devices"]["SV"]) == (7, "D100")
+    assert read.data == plain.data
+    with pytest.raises(ListingError, match="a is declared with another type than in line 1"):
+        found(f"{begin}{others.replace('REAL', 'DINT')}PROGRAM M\n{call}\nEND_PROGRAM")
+
+
 @pytest.mark.parametrize(
     ("text", "message", "place"),
     [

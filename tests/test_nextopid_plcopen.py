@@ -151,6 +151,19 @@ def test_global_variables_and_other_languages():
     assert found.notes == ("the FBD of line 6 is left out: only Structured Text is read",)
 
 
+EXTERNALS = (
+    '<externalVars><variable name="TIC_1"><type><derived name="PIDA_REAL"/></type></variable></externalVars><localVars>'
+)
+
+
+def test_an_external_variable_is_that_of_the_global_list_with_its_value():
+    plain, external = (read_plcopen(text) for text in (project(), project().replace("<localVars>", EXTERNALS)))
+    assert external.words["TIC_1.Kp"] == Decimal("1.5")
+    assert (external.words, external.settings) == (plain.words, plain.settings)
+    with pytest.raises(ListingError, match="TIC_1 is declared with another type than in line 12"):
+        read_plcopen(project().replace("<localVars>", EXTERNALS.replace("PIDA_REAL", "PIDA_INT")))
+
+
 BOMB = '<!DOCTYPE project [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;&a;&a;">]>\n' + document(text_body("&b;"))
 
 

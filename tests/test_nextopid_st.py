@@ -459,6 +459,35 @@ def test_refused(statements, place, says):
     assert (error.value.line, error.value.column) == place
 
 
+GLOBAL = "VAR_GLOBAL\n TIC_1 : PIDA_REAL := (Kp := 1.5, MaxMV := 100.0, MaxPV := 200.0); X : REAL := 2.0;\nEND_VAR\n"
+PROGRAM_BEGIN = "PROGRAM Main\n"
+EXTERNAL = "VAR_EXTERNAL\n tic_1 : pida_real; X : REAL;\nEND_VAR\n"
+
+
+@pytest.mark.parametrize("before", [True, False])
+def test_an_external_variable_is_the_global_one(before):
+    text, call = PROGRAM_BEGIN + EXTERNAL, "TIC_1(PV := X);\nEND_PROGRAM"
+    plain = read_st(GLOBAL + PROGRAM_BEGIN + call)
+    found = read_st((GLOBAL + text if before else text + GLOBAL) + call)
+    assert found.words["TIC_1.Kp"] == Decimal("1.5")
+    assert (found.words, [entry["loop"] for entry in found.settings]) == (plain.words, ["TIC_1"])
+
+
+@pytest.mark.parametrize(
+    ("external", "says"),
+    [
+        ("X : INT;", "X is declared with another type than in line 2"),
+        ("X : REAL := 3.0;", "X is declared again"),
+        ("TIC_1 : PIDA_INT;", "TIC_1 is declared with another type than in line 2"),
+    ],
+)
+def test_an_external_variable_that_is_another_one_is_refused(external, says):
+    text = f"{GLOBAL}{PROGRAM_BEGIN}VAR_EXTERNAL {external} END_VAR\nTIC_1(PV := X);\nEND_PROGRAM"
+    with pytest.raises(ListingError, match=says) as error:
+        read_st(text)
+    assert (error.value.line, error.value.column) == (5, 14)
+
+
 @pytest.mark.parametrize(
     ("variables", "says"),
     [

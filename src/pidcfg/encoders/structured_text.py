@@ -256,6 +256,25 @@ def read_declarations(cursor: Cursor) -> Iterator[Declaration]:
     cursor.take_token()
 
 
+def drop_externals(declarations: Iterable[Declaration]) -> list[Declaration]:
+    """Declarations without the external ones, where the variable is declared elsewhere in the same file.
+
+    Raises `ListingError` where the types differ. One with a value or an address of its own stays.
+    """
+    declarations = list(declarations)
+    shared = {other.name.upper: other for other in reversed(declarations) if other.section == "VAR_EXTERNAL"}
+    shared |= {other.name.upper: other for other in declarations if other.section == "VAR_GLOBAL"}
+    kept = []
+    for one in declarations:
+        other = shared.get(one.name.upper, one)
+        if one is other or one.section != "VAR_EXTERNAL" or one.initial is not None or one.address:
+            kept.append(one)
+        elif [token.upper for token in one.type] != [token.upper for token in other.type]:
+            message = f"{one.name.text} is declared with another type than in line {other.name.line}"
+            raise one.name.error(message)
+    return kept
+
+
 def initial_value(tokens: tuple[Token, ...], depth: int = 0) -> Initial:
     """An initial value: a structure, ``(SP := 50.0)``, or anything else as it stands."""
     if len(tokens) < 4 or tokens[0].text != "(" or tokens[2].text != ":=":

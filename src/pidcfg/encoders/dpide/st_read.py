@@ -38,7 +38,7 @@ from pidcfg.encoders.listing import Listing, ListingError, shorten_names
 from pidcfg.encoders.maps.dpide import LOOPS, ROWS
 from pidcfg.encoders.parameter_files import ParameterListing
 from pidcfg.encoders.parameters import Content, UnknownContent
-from pidcfg.encoders.structured_text import END, NAME, Comment, Cursor, Token, settings_of
+from pidcfg.encoders.structured_text import END, NAME, Comment, Cursor, Token, drop_externals, settings_of
 from pidcfg.schemas.dpide import parse_timer
 from pidcfg.schemas.iec import Wire
 from pidcfg.text.frozen import frozen
@@ -439,7 +439,8 @@ class _Reader:
         self.listing.has_settings = bool(self.listing.plc)
         self.described_loops = self._describe_loops(places)
         top = Scope()
-        top.add_declarations(item for unit in units for item in unit.declarations if self._is_global(unit, item))
+        declared = (item for unit in units for item in unit.declarations if self._is_global(unit, item))
+        top.add_declarations(drop_externals(declared))
         self.calls = Calls(top)
         for unit in units:
             unit.declarations = [item for item in unit.declarations if not self._is_global(unit, item)]

@@ -33,6 +33,7 @@ from pidcfg.encoders.structured_text import (
     Initial,
     Member,
     Token,
+    drop_externals,
     first_word_offset,
     tokens_of,
 )
@@ -151,6 +152,10 @@ def parse_xml(text: str) -> Node:
     return tree.root
 
 
+SECTIONS = {"globalVars": "VAR_GLOBAL", "externalVars": "VAR_EXTERNAL"}
+"""Lists of variables whose variables are, or may be, those of another list; by the words of a text."""
+
+
 def read_plcopen(text: str, name: str = "") -> Listing:
     """The parameters and wires of the program in a document; ``name``: which one, where several are there."""
     root = parse_xml(text)
@@ -163,7 +168,8 @@ def read_plcopen(text: str, name: str = "") -> Listing:
     source = Source()
     source.program = _attribute_token(pou, "name")
     for variables in pou.find_all("interface", "*"):
-        source.declarations += (_read_declaration(node) for node in variables.find_all("variable"))
+        section = SECTIONS.get(variables.name, "VAR")
+        source.declarations += (_read_declaration(node, section) for node in variables.find_all("variable"))
     owners = _declare_globals(source, lists)
     for node in pou.find_all("documentation", "*"):
         source.comments += _documentation_lines(node)
@@ -248,20 +254,20 @@ def _program_words(pou: Node) -> set[str]:
 
 def _declare_globals(source: Source, lists: list[Node]) -> dict[str, set[str]]:
     """Declares the variables of global lists that stand for one thing; returns the names of each list."""
-    local = {declaration.name.upper for declaration in source.declarations}
+    local = {one.name.upper for one in source.declarations if one.section == "VAR"}
     declared = [
-        (variable_list.attributes.get("name", "").upper(), _read_declaration(node))
+        (variable_list.attributes.get("name", "").upper(), _read_declaration(node, SECTIONS["globalVars"]))
         for variable_list in lists
         for node in _list_variables([variable_list])
     ]
     counts = Counter(declaration.name.upper for _, declaration in declared)
     owners: dict[str, set[str]] = {}
-    unique_names: list[Declaration] = []
+    unique_globals: list[Declaration] = []
     for name, declaration in declared:
         if counts[declaration.name.upper] == 1 and declaration.name.upper not in local:
-            unique_names.append(declaration)
+            unique_globals.append(declaration)
             owners.setdefault(name, set()).add(declaration.name.upper)
-    source.declarations = [*unique_names, *source.declarations]
+    source.declarations = drop_externals([*unique_globals, *source.declarations])
     return owners
 
 
@@ -296,8 +302,8 @@ def _attribute_token(node: Node, attribute: str) -> Token:
     return Token(NAME, text, node.line, node.column)
 
 
-def _read_declaration(node: Node) -> Declaration:
-    """A variable."""
+def _read_declaration(node: Node, section: str) -> Declaration:
+    """A variable of a block that begins with the word ``section`` as text."""
     kind, initial = node.child("type"), node.child("initialValue")
     if kind is None or not kind.children:
         raise node.error("the variable has no type")
@@ -307,7 +313,8 @@ def _read_declaration(node: Node) -> Declaration:
     ]
     documentation = node.child("documentation")
     note = documentation.all_text.strip() if documentation else ""
-    return Declaration(_attribute_token(node, "name"), tuple(words), _initial_value(initial) if initial else None, note)
+    value = _initial_value(initial) if initial else None
+    return Declaration(_attribute_token(node, "name"), tuple(words), value, note, section)
 
 
 def _inner_types(kind: Node) -> Iterator[Node]:

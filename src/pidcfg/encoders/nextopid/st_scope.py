@@ -26,6 +26,7 @@ from pidcfg.encoders.structured_text import (
     Declaration,
     Statement,
     Token,
+    drop_externals,
     is_literal,
     name_chain,
     name_of,
@@ -107,6 +108,7 @@ def parse_st(text: str) -> Source:
             raise cursor.next_token.error(f"{cursor.next_token.text!r} stands behind END_PROGRAM")
         else:
             source.statements += read_statement(cursor)
+    source.declarations = drop_externals(source.declarations)
     owners = _list_owners(source)
     source.statements = [drop_list_names(whole, owners) for whole in source.statements]
     return source
