@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 
     from pidcfg.sim.engine.recording import Recording
-    from pidcfg.sim.judgement.report import LoopReport, Report, StandingVerdict
+    from pidcfg.sim.judgement.report import LoopReport, Report, Standing
     from pidcfg.study.certification.certify import BatchOutcome, Certification
     from pidcfg.study.certification.samples import Fan
     from pidcfg.study.outcome import Outcome
@@ -178,7 +178,7 @@ def _run_data(outcome: Outcome) -> Data:
     }
 
 
-def standing_data(v: StandingVerdict) -> Data:
+def standing_data(v: Standing) -> Data:
     """A standing expectation: what is not judged has passed, but says nothing."""
     return {
         "kind": v.kind,

@@ -14,7 +14,7 @@ from pidcfg.schemas.scenario import (
     ModeBegin,
     run_of_data,
 )
-from pidcfg.sim.judgement.report import ACCEPTED_KIND, StandingVerdict
+from pidcfg.sim.judgement.report import ACCEPTED_KIND, Standing
 from pidcfg.sim.judgement.standing import loop_verdict
 from pidcfg.text.diagnostics import START, Diagnostic, Severity
 from pidcfg.text.reader import may_be_quoted, read_failure, read_named_file
@@ -396,17 +396,17 @@ def compare_with_accepted(report: Report, old: AcceptedRun, now: AcceptedRun, na
     report.standing = standing
 
 
-def _accept_verdict(verdict: StandingVerdict, name: str) -> StandingVerdict:
+def _accept_verdict(verdict: Standing, name: str) -> Standing:
     text = f"as accepted in {name}: {verdict.text}"
     return replace(verdict, verdict="proven", text=text, allowed=None, accepted=True)
 
 
-def _make_standing(loop: str, texts: Sequence[str], name: str) -> StandingVerdict:
+def _make_standing(loop: str, texts: Sequence[str], name: str) -> Standing:
     """What a comparison says of a loop."""
     if not texts:
-        return StandingVerdict(ACCEPTED_KIND, loop, "proven", f"as accepted in {name}")
+        return Standing(ACCEPTED_KIND, loop, "proven", f"as accepted in {name}")
     more = f"; and {len(texts) - MAX_TEXTS} more" if len(texts) > MAX_TEXTS else ""
-    return StandingVerdict(ACCEPTED_KIND, loop, "failed", f"{'; '.join(texts[:MAX_TEXTS])}{more} ({name})")
+    return Standing(ACCEPTED_KIND, loop, "failed", f"{'; '.join(texts[:MAX_TEXTS])}{more} ({name})")
 
 
 def differences_text(old: AcceptedRun, now: AcceptedRun) -> str:

@@ -11,7 +11,7 @@ from typing import Any
 
 from pidcfg.schemas.scenario import Scenario
 from pidcfg.sim.engine.run import Settings
-from pidcfg.sim.judgement.report import Report, StandingVerdict, Verdict
+from pidcfg.sim.judgement.report import Report, Standing, Verdict
 from pidcfg.study.draft_plan import (
     DraftParts,
     Line,
@@ -316,7 +316,7 @@ class _DraftRun:
     """A course that has run."""
 
     draft: DraftParts
-    failing: list[StandingVerdict]
+    failing: list[Standing]
     verdicts: list[tuple[Line, Verdict]]
 
     @property
@@ -336,7 +336,7 @@ def _reason_text(outcome: Outcome) -> str:
     return next((f" ({d.message})" for d in outcome.findings if d.severity is Severity.ERROR), "")
 
 
-def _allowance_line(verdict: StandingVerdict) -> Line:
+def _allowance_line(verdict: Standing) -> Line:
     row = {"kind": verdict.kind, "loop": verdict.loop, "reason": f"on the drafted plant: {verdict.text}"}
     return Line(row)
 

@@ -22,7 +22,7 @@ from pidcfg.validate.catalog import rule_of
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
-    from pidcfg.sim.judgement.report import LoopReport, Report, StandingVerdict, TuneReport, Verdict
+    from pidcfg.sim.judgement.report import LoopReport, Report, Standing, TuneReport, Verdict
     from pidcfg.study.outcome import Outcome
     from pidcfg.text.document import Document
     from pidcfg.text.paths import Path
@@ -354,7 +354,7 @@ def failed_expectation(outcome: Outcome, i: int, verdict: Verdict) -> Diagnostic
     return Diagnostic("PID061", Severity.ERROR, message, outcome.file, doc.locate(path), path, loop)
 
 
-def failed_standing(outcome: Outcome, verdict: StandingVerdict) -> Diagnostic:
+def failed_standing(outcome: Outcome, verdict: Standing) -> Diagnostic:
     """A failed standing expectation at the loop in the configuration; of the PLC, where the scenario names it."""
     file, path = outcome.config, loop_path(outcome.documents.get(outcome.config), verdict.loop)
     if verdict.kind == ACCEPTED_KIND and "reference" in (outcome.documents[outcome.file].data or {}):

@@ -25,7 +25,7 @@ from pidcfg.sim.engine.reference import HeldNetwork
 from pidcfg.sim.judgement.evidence import Evidence, meters_of
 from pidcfg.sim.judgement.expect import MeasuredRun, Watch, alarms_off, place_verdict, verdict, watches_of
 from pidcfg.sim.judgement.meters import DEFAULT_BAND, NEVER, Band, Gauge, Onset, loop_metrics, time_in_control
-from pidcfg.sim.judgement.report import Note, Range, Report, ScanTime, StandingVerdict, ten_digits
+from pidcfg.sim.judgement.report import Note, Range, Report, ScanTime, Standing, ten_digits
 from pidcfg.sim.judgement.standing import LoopWatch, judge_standing, loop_verdict, unused_allowances
 from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import leaves
@@ -373,7 +373,7 @@ class JudgedRun(NamedTuple):
     metrics: Sequence[Mapping[str, float | None]]
     """Of each loop."""
     evidence: Evidence
-    standing: list[StandingVerdict]
+    standing: list[Standing]
     faults: Sequence[Note]
     """Expressions that had no value."""
     signal_range: Callable[[str], Range]

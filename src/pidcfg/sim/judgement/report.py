@@ -152,7 +152,7 @@ class Verdict:
 
 
 @frozen
-class StandingVerdict:
+class Standing:
     """What a standing expectation says of a loop, in words.
 
     What is not proven fails a run as what has failed does; what is not judged does not, and ``text`` says why.
@@ -267,7 +267,7 @@ class Report:
     loops: dict[str, LoopReport] = field(default_factory=dict)
     signals: dict[str, Range] = field(default_factory=dict)
     expectations: list[Verdict] = field(default_factory=list)
-    standing: list[StandingVerdict] = field(default_factory=list)
+    standing: list[Standing] = field(default_factory=list)
     """What is expected of every run."""
     events: list[Note] = field(default_factory=list)
     """The events of the scenario in words, as they took effect."""
@@ -301,7 +301,7 @@ class Tally:
     unjudged: int
 
     @classmethod
-    def of(cls, verdicts: Sequence[StandingVerdict]) -> Tally:
+    def of(cls, verdicts: Sequence[Standing]) -> Tally:
         """Of the verdicts of a run."""
         judged = [v for v in verdicts if v.is_judged]
         return cls(
@@ -323,8 +323,8 @@ class Tally:
         return ", ".join([f"{self.held} of {self.judged_count} always checked", *rest])
 
 
-def summarise_verdicts(verdicts: Sequence[StandingVerdict]) -> list[tuple[str, str, str]]:
-    """What is not simply so, by loop: its `StandingVerdict.word`, the kinds, and why."""
+def summarise_verdicts(verdicts: Sequence[Standing]) -> list[tuple[str, str, str]]:
+    """What is not simply so, by loop: its `Standing.word`, the kinds, and why."""
     rows: dict[tuple[str, str, str], list[str]] = {}
     for v in verdicts:
         if v.word != "passed":

@@ -36,7 +36,7 @@ from pidcfg.sim.judgement.evidence import (
 )
 from pidcfg.sim.judgement.lasting import judge_error, judge_look, judge_saturation
 from pidcfg.sim.judgement.meters import begin_calm, calm_oscillation, oscillation, time_blind, time_cut, time_in_alarm
-from pidcfg.sim.judgement.report import ASSUMED_KIND, ASSUMED_SIGN, StandingVerdict, VerdictWord, ten_digits
+from pidcfg.sim.judgement.report import ASSUMED_KIND, ASSUMED_SIGN, Standing, VerdictWord, ten_digits
 from pidcfg.text.paths import dotted_text, leaves
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -336,7 +336,7 @@ STANDING_JUDGES: dict[str, tuple[Judge, str]] = {
 """What judges a loop by each kind, and which loops."""
 
 
-def judge_standing(e: Evidence) -> list[StandingVerdict]:
+def judge_standing(e: Evidence) -> list[Standing]:
     """The verdicts: of the PLC first, then of its loops, by kind."""
     expected = list(expected_errors(e))
     common_reason = next((why for i, why in expected if i < 0), "")
@@ -382,9 +382,9 @@ def _unjudged_reason(e: Evidence, i: int, scope: str) -> str:
     return ""
 
 
-def _make_standing(kind: str, loop: str, judgement: Judgement) -> StandingVerdict:
+def _make_standing(kind: str, loop: str, judgement: Judgement) -> Standing:
     at = None if judgement.at is None else ten_digits(judgement.at)
-    return StandingVerdict(kind, loop, judgement.verdict, judgement.text, at)
+    return Standing(kind, loop, judgement.verdict, judgement.text, at)
 
 
 PROVING_KINDS = ("not-settled", "no-better")
@@ -393,12 +393,12 @@ COVERING_KINDS = ("saturated", "error-stands", "oscillates", "out-of-range")
 """Those that nobody can expect to settle whom the scenario allows them."""
 
 
-def loop_verdict(verdicts: Sequence[StandingVerdict]) -> tuple[VerdictWord, str]:
+def loop_verdict(verdicts: Sequence[Standing]) -> tuple[VerdictWord, str]:
     """Whether a run proves that a loop controls, by what is said of it, and what keeps it from being proven."""
     failed = [v for v in verdicts if v.fails and v.verdict == "failed"]
     missing = [v for v in verdicts if v.fails and v.verdict == "not-proven"]
     excused = [v for v in verdicts if v.allowed is not None or (v.kind in PROVING_KINDS and not v.is_judged)]
-    groups: tuple[tuple[VerdictWord, list[StandingVerdict]], ...]
+    groups: tuple[tuple[VerdictWord, list[Standing]], ...]
     groups = ("failed", failed), ("not-proven", missing), ("not-judged", excused)
     for word, group in groups:
         if group:
@@ -406,20 +406,20 @@ def loop_verdict(verdicts: Sequence[StandingVerdict]) -> tuple[VerdictWord, str]
     return ("proven", "") if verdicts else ("not-judged", "nothing is judged")
 
 
-def _texts_by_reason(verdicts: Sequence[StandingVerdict]) -> Iterator[tuple[str, str]]:
+def _texts_by_reason(verdicts: Sequence[Standing]) -> Iterator[tuple[str, str]]:
     """What is said of a loop, each reason for which some of it is allowed once."""
     for reason in dict.fromkeys(v.allowed for v in verdicts):
         texts = dict.fromkeys(v.text for v in verdicts if v.allowed == reason)
         yield "" if reason is None else f" (allowed: {reason})", "; ".join(texts)
 
 
-def _add_allowance(e: Evidence, verdict: StandingVerdict) -> StandingVerdict:
+def _add_allowance(e: Evidence, verdict: Standing) -> Standing:
     kinds = {verdict.kind, verdict.verdict}
     reasons = (a.reason for a in e.scenario.allow if a.kind in kinds and a.loop == verdict.loop)
     return verdict if verdict.passed else replace(verdict, allowed=next(reasons, None))
 
 
-def unused_allowances(e: Evidence, verdicts: list[StandingVerdict]) -> Iterator[Problem]:
+def unused_allowances(e: Evidence, verdicts: list[Standing]) -> Iterator[Problem]:
     """Warnings of entries of ``allow`` that allow nothing."""
     used = {(kind, v.loop) for v in verdicts if v.allowed is not None for kind in (v.kind, v.verdict)}
     for i, entry in enumerate(e.scenario.allow):

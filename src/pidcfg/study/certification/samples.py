@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from pidcfg.sim.controllers.plc import Plc
     from pidcfg.sim.engine.expressions import Problem
     from pidcfg.sim.engine.run import Run
-    from pidcfg.sim.judgement.report import Note, Report, StandingVerdict, Verdict
+    from pidcfg.sim.judgement.report import Note, Report, Standing, Verdict
     from pidcfg.study.uncertainty import NumberSpread, Uncertainty
     from pidcfg.text.document import Document
     from pidcfg.text.reader import Limits
@@ -368,7 +368,7 @@ class RunVerdicts(NamedTuple):
     """What a run has shown, with or without a report."""
 
     expectations: Sequence[Verdict]
-    standing: Sequence[StandingVerdict]
+    standing: Sequence[Standing]
     metrics: Sequence[Mapping[str, float | None]]
     """Of each loop."""
     notes: Sequence[Note]
@@ -400,7 +400,7 @@ def _make_result(sample: int, numbers: Sequence[float], scenario: Scenario, verd
 
 
 VERDICT_SIGNS = {"passed": "+", "FAILED": "-", "NOT PROVEN": "!", "allowed": "a", "not judged": "?"}
-"""What a batch keeps of a verdict, by its `StandingVerdict.word`."""
+"""What a batch keeps of a verdict, by its `Standing.word`."""
 
 
 def margin(expectation: Expectation, verdict: Verdict) -> float:
