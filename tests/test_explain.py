@@ -189,6 +189,21 @@ def test_a_unit_is_told_in_the_words_of_the_loop(unit, text, divided):
     assert unit_text(unit, units) == divided
 
 
+@pytest.mark.parametrize(
+    ("unit", "pv", "output", "text"),
+    [
+        ("pv/s", "", "%", "per s"),
+        ("output/cycle", "degC", "", "per cycle"),
+        ("output/pv", "degC", "", "per degC"),
+        ("output/pv", "", "kg/h", "kg/h"),
+        ("output/pv", "", "", ""),
+        ("output per pv/s", "", "%", "% per s"),
+    ],
+)
+def test_a_part_without_a_unit_is_left_out(unit, pv, output, text):
+    assert unit_text(unit, {"pv": pv, "output": output}) == text
+
+
 def test_units_are_those_of_a_model_too_and_none_where_none_is_said():
     path = EXAMPLES / "click/tank.yaml"
     (loop,) = VENDORS["click"].model.model_validate(read_document(path.read_bytes(), path.name).data).loops

@@ -584,11 +584,15 @@ def units_of(loop: object) -> dict[str, str]:
 def unit_text(unit: str, units: Mapping[str, str], nested_divider: str = " per ") -> str:
     """A unit of a table with the loop's own for ``pv`` and ``output``: ``pv/s`` is ``degC/s``, or ``m3/h per s``.
 
-    ``nested_divider`` divides where a part is a quotient itself.
+    ``nested_divider`` divides where a part is a quotient itself. A part without a unit is left out: ``per s``.
     """
     if " per " in unit:
-        return " per ".join(unit_text(part, units, nested_divider) for part in unit.split(" per "))
-    parts = [units.get(part, part) for part in unit.split("/")]
+        return " per ".join(unit_text(part, units, nested_divider).removeprefix("per ") for part in unit.split(" per "))
+    first, *others = (units.get(part, part) for part in unit.split("/"))
+    others = [part for part in others if part]
+    if not first and others:
+        return f"per {'/'.join(others)}"
+    parts = [first, *others]
     return (nested_divider if len(parts) > 1 and any("/" in part for part in parts) else "/").join(parts)
 
 
