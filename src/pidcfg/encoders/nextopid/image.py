@@ -507,7 +507,7 @@ def tuning_of(config: NextopidFile, loop: Controller) -> LoopTuning:
     obstacle = "its form is not known: Indep is wired" if isinstance(loop.Indep, Wire) else ""
     if loop.DisableP is not False and loop.Indep is False:
         obstacle = "it may act without its proportional term (DisableP)"
-    seconds, has_filter = float(loop.sample_time or config.plc.sample_time), float(_number_of(loop.Tfd) or 0)
+    seconds, filter_time = float(loop.sample_time or config.plc.sample_time), float(_number_of(loop.Tfd) or 0)
     return LoopTuning(
         TUNING_NUMBERS,
         raises_pv=None if isinstance(loop.Direct, Wire) else not loop.Direct,
@@ -515,7 +515,7 @@ def tuning_of(config: NextopidFile, loop: Controller) -> LoopTuning:
         current_values=(_number_of(loop.Kp), _number_of(loop.Ti_Ki), _number_of(loop.Td_Kd)),
         obstacle=obstacle,
         sample_time=seconds,
-        derivative_share=-expm1(-seconds / has_filter) if has_filter > 0 else 1.0,
+        derivative_share=-expm1(-seconds / filter_time) if filter_time > 0 else 1.0,
     )
 
 
