@@ -163,7 +163,7 @@ def results(vendor):
     yield pidcfg.explain(vendor.load("tuned").names[0], config=text)
     process = {"gain": 2, "time_constant": 60, "dead_time": 5, "closed_loop": 9, "sample_time": 0.1}
     for name, method in METHODS.items():
-        numbers = {"ultimate_gain": 8, "ultimate_period": 4} if method.cycle_rule else process
+        numbers = {"ultimate_gain": 8, "ultimate_period": 4} if method.of_ultimate else process
         yield pidcfg.tune(name, "PI", **numbers, vendor=vendor.key, pv_range=(0, 9))
 
 

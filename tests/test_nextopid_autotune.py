@@ -620,7 +620,7 @@ def test_an_int_block_calculates_with_the_step_that_it_makes(percentage, step):
 @pytest.mark.parametrize(("mode", "form"), [(P, "P"), (PI, "PI"), (PID, "PID")])
 def test_the_rule_is_that_of_the_tuning_method(mode, form):
     block, _ = scripted((6, 1, 4), (8, 2, 6), **param(PercHystPV=1, NumCycles=1, Mode=mode))
-    gains = METHODS["nextopid-autotune"].cycle_rule(form, Cycle(20 / (math.pi * 5), 14))
+    gains = METHODS["nextopid-autotune"].of_ultimate(form, Cycle(20 / (math.pi * 5), 14))
     ti = 0 if math.isinf(gains.integral_time) else gains.integral_time
 
     assert found(block) == pytest.approx((gains.gain, ti, gains.derivative_time), rel=1e-6)

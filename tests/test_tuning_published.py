@@ -459,7 +459,7 @@ def test_what_does_not_go_together_is_refused(arguments, says):
     assert says in str(error.value)
 
 
-@pytest.mark.parametrize("name", [name for name, row in METHODS.items() if row.process_rule])
+@pytest.mark.parametrize("name", [name for name, row in METHODS.items() if row.of_process])
 def test_every_rule_makes_a_stable_loop_where_it_holds(name):
     """In the middle of its range, on the process that it takes, with every form."""
     for form in METHODS[name].forms:
@@ -631,7 +631,7 @@ def test_ms_above_two_and_a_half_is_warned_of(gain, said):
 def test_every_rule_says_how_good_its_gains_are_for_every_vendor(name, vendor):
     swing = {"gain": 2, "ultimate_gain": 8, "ultimate_period": 4}
     process = {"gain": 2, "time_constant": 20, "dead_time": 6, "closed_loop": 10}
-    numbers = swing if METHODS[name].cycle_rule else process
+    numbers = swing if METHODS[name].of_ultimate else process
     for form in METHODS[name].forms:
         more = {"second_time_constant": 5} if (name, form) == ("simc", "PID") else {}
         result = pidcfg.tune(name, form, **numbers, **more, vendor=vendor, pv_range=(0, 100))

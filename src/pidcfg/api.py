@@ -134,7 +134,7 @@ def tune(
         "ultimate_gain": ultimate_gain,
         "ultimate_period": ultimate_period,
     }
-    robustness = processes.robustness_of(vary, ms, samples, is_robust=METHODS[method].is_search)
+    robustness = processes.robustness_of(vary, ms, samples, is_robust=METHODS[method].searches)
     values = {key: processes.check_number(key, value) for key, value in numbers.items() if value is not None}
     request = processes.record_request(columns, rest, start, until, has_record=record is not None)
     step = None if record is None else (*source_data(record, name, files, limits.listing_bytes + 1), request)

@@ -315,10 +315,10 @@ def compute_gains(name: str, form: Form | None, facts: KnownProcess) -> TuneResu
     model = model_of(method, facts)
     refuse_missing(method, facts.numbers, model)
     numbers, unfiltered = facts.numbers, process_of(facts.numbers, model)
-    process = filtered_process(unfiltered, facts.filter_time) if method.cycle_rule is None else unfiltered
+    process = filtered_process(unfiltered, facts.filter_time) if method.of_ultimate is None else unfiltered
     cycle = Cycle(numbers.get("ultimate_gain", 0.0), numbers.get("ultimate_period", 0.0))
     chosen_form, gains = _gains_of_form(method, form, process, cycle)
-    if method.cycle_rule is None:
+    if method.of_ultimate is None:
         plant: Transfer | None = facts.transfer or transfer_of(replace(unfiltered, sample_time=0.0))
         filtered_plant = facts.transfer
         if plant is not None and facts.filter_time:

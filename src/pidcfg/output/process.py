@@ -184,7 +184,7 @@ def model_of(method: Method, facts: KnownProcess) -> Model:
         raise ArgumentError(message, "time_constant", "gain")
     if model == "first-order" and is_second_order:
         raise ArgumentError("a first-order process has no `second_time_constant`", "second_time_constant")
-    if model == "integrating" and "integrating" not in method.models and not method.cycle_rule:
+    if model == "integrating" and "integrating" not in method.models and not method.of_ultimate:
         names = ", ".join(row.name for row in METHODS.values() if "integrating" in row.models)
         raise ArgumentError(f"{method.name} is not for a process that integrates; use {names}")
     return model
@@ -192,10 +192,10 @@ def model_of(method: Method, facts: KnownProcess) -> Model:
 
 def refuse_missing(method: Method, numbers: Mapping[str, float], model: Model) -> None:
     """Raises `ArgumentError` with all numbers that the rule still needs."""
-    required = ["ultimate_gain", "ultimate_period"] if method.cycle_rule else [n for n in method.needs if n != "delay"]
+    required = ["ultimate_gain", "ultimate_period"] if method.of_ultimate else [n for n in method.needs if n != "delay"]
     if model == "integrating":
         required = [key for key in required if key != "time_constant"]
-    if model == "second-order" and not method.cycle_rule:
+    if model == "second-order" and not method.of_ultimate:
         required.append("second_time_constant")
     if "delay" in method.needs and "sample_time" not in numbers:
         required.append("dead_time")

@@ -496,25 +496,25 @@ class Method:
     title: str
     basis: Basis
     forms: tuple[Form, ...]
-    process_rule: Callable[[Form, Process], Gains] | None = None
-    cycle_rule: Callable[[Form, Cycle], Gains] | None = None
+    of_process: Callable[[Form, Process], Gains] | None = None
+    of_ultimate: Callable[[Form, Cycle], Gains] | None = None
     needs: tuple[str, ...] = ()
     """Numbers of the process that must be above 0."""
     models: tuple[Model, ...] = ("first-order",)
     """Processes with a formula; two lags without one become one by the half rule."""
     ratio: tuple[float, float] = (0.0, inf)
     """Dead time over time constant, between which the rule holds."""
-    has_aim: bool = False
+    aims: bool = False
     """Whether it makes the closed loop as fast as is asked for."""
-    is_search: bool = False
+    searches: bool = False
     """Whether it is no formula: it tries gains on plants (`pidcfg.tuning.robust`)."""
 
     def gains(self, form: Form, process: Process, cycle: Cycle) -> Gains:
         """The result, from whichever of the two the rule is for; raises `ValueError` beyond the rule's own range."""
-        if self.process_rule is not None:
-            return self.process_rule(form, self.reduce_process(form, process))
-        if self.cycle_rule is not None:
-            return self.cycle_rule(form, cycle)
+        if self.of_process is not None:
+            return self.of_process(form, self.reduce_process(form, process))
+        if self.of_ultimate is not None:
+            return self.of_ultimate(form, cycle)
         raise ValueError(f"{self.name} is made of nothing")
 
     def reduce_process(self, form: Form, process: Process) -> Process:
@@ -530,13 +530,13 @@ class Method:
     def range_of_validity(self, form: Form, process: Process) -> tuple[bool, str]:
         """Whether a process is one that the rule was made for, and the range in words."""
         reduced = self.reduce_process(form, process)
-        if self.is_search:
+        if self.searches:
             return True, "for the plants that were tried, in this loop; nothing is said of others"
-        if process.integrating or self.process_rule is None:
+        if process.integrating or self.of_process is None:
             return True, "it has no limits"
         low, high = self.ratio
         ratio = reduced.delay / reduced.time_constant
-        if self.has_aim and reduced.closed_loop:
+        if self.aims and reduced.closed_loop:
             fast = reduced.closed_loop < reduced.delay * (1 - ROUNDING_TOLERANCE)
             text = f"for a closed loop of {reduced.delay:.4g} s (the dead time) or slower"
             return not fast, f"{text}; it is to have {reduced.closed_loop:.4g} s"
@@ -575,12 +575,12 @@ def _rule_with_aim(
     name: str, title: str, basis: Basis, rule: Callable[[Form, Process], Gains], models: tuple[Model, ...]
 ) -> Method:
     """A rule that makes the closed loop as fast as is asked for."""
-    return Method(name, title, basis, PI_PID, rule, needs=DELAY_NUMBERS, models=models, has_aim=True)
+    return Method(name, title, basis, PI_PID, rule, needs=DELAY_NUMBERS, models=models, aims=True)
 
 
 def _rule_of_cycle(name: str, title: str, basis: Basis, table: dict[Form, Row]) -> Method:
     """A rule of multiples of the ultimate cycle."""
-    return Method(name, title, basis, ALL_FORMS, cycle_rule=rule_of_cycle(table))
+    return Method(name, title, basis, ALL_FORMS, of_ultimate=rule_of_cycle(table))
 
 
 load_rule, step_rule = least_error_after_disturbances, least_error_after_setpoint_steps
@@ -588,7 +588,7 @@ CHR_TITLE, CHR_RANGE = "Chien, Hrones and Reswick, ", (0.11, 1.0)
 # fmt: off
 METHOD_ROWS = (
     Method("synthesis", "a closed-loop time constant that you choose", NEXTOPID.cite("Synthesis Method"), PI_PID,
-           synthesis, needs=("gain", "time_constant", "closed_loop"), has_aim=True),
+           synthesis, needs=("gain", "time_constant", "closed_loop"), aims=True),
     _fitted_rule("iae-disturbance", "least absolute error after disturbances", IAE, ALL_FORMS,
                  load_rule(IAE_DISTURBANCE)),
     _fitted_rule("iae-setpoint", "least absolute error after set-point changes", D92, PI_PID, step_rule(IAE_SETPOINT)),
@@ -614,7 +614,7 @@ METHOD_ROWS = (
     Method("zn-open", "Ziegler-Nichols, reaction curve", D90, ALL_FORMS, reaction_curve, needs=PROCESS_NUMBERS,
            models=ANY_LAG, ratio=FITTED_RATIO),
     Method("robust", "least error after a load with Ms below a limit on every plant", D852, PI_PID, needs=DELAY_NUMBERS,
-           models=ANY_MODEL, is_search=True),
+           models=ANY_MODEL, searches=True),
     _rule_of_cycle("zn-closed", "Ziegler-Nichols, ultimate cycle", D91, ZIEGLER_NICHOLS_CLOSED),
     _rule_of_cycle("tyreus-luyben", "Tyreus-Luyben, ultimate cycle", D93, TYREUS_LUYBEN),
     _rule_of_cycle("nextopid-autotune", "what NextoPID's auto-tune makes of its relay test", D93, NEXTOPID_CLOSED),
