@@ -69,7 +69,7 @@ class State:
 
 
 @frozen
-class LoopDiff:
+class Compared:
     """A loop on both sides, or on one side only."""
 
     loop: str
@@ -94,7 +94,7 @@ class LoopDiff:
         """Whether nothing differs that counts, and the loop runs as it is set up."""
         return self.status == "same"
 
-    def with_states(self, states: tuple[State, ...]) -> LoopDiff:
+    def with_states(self, states: tuple[State, ...]) -> Compared:
         """The same, and what listings say of its state; that is no setting of the operator's beside it."""
         told_keys = {state.key for state in states}
         operated = tuple(d for d in self.operated if d.key not in told_keys)
@@ -102,10 +102,10 @@ class LoopDiff:
         return replace(self, states=states, operated=operated, status=status)
 
 
-def rank_by_risk(loop: str, differences: Iterable[Difference]) -> LoopDiff:
+def rank_by_risk(loop: str, differences: Iterable[Difference]) -> Compared:
     """A loop on both sides, what can go most wrong first."""
     rows = sort_by_risk(differences)
-    return LoopDiff(loop, "changed" if rows else "same", rows)
+    return Compared(loop, "changed" if rows else "same", rows)
 
 
 def sort_by_risk(differences: Iterable[Difference]) -> tuple[Difference, ...]:
