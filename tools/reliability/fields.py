@@ -168,7 +168,7 @@ def _shown(kind: Kind, _: random.Random) -> Pair:
     def encode(value: Any) -> int:
         raw = kind.read(value)
         if raw is None:
-            raise EncodeError("form", kind.title)
+            raise EncodeError("form", kind.holds)
         return raw
 
     def decode(raw: int) -> Any:

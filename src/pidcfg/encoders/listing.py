@@ -373,7 +373,7 @@ def _row_content(row: Mapping[str, str], kind: Kind, number: int) -> int:
         raise ListingError(f"{message}; call the column Hex, or write it without the zeros before it", number)
     content = decimal_content(row.get("value", ""), kind)
     if content is None:
-        raise ListingError(f"{row['address']}: {row.get('value', '')!r} is not {kind.title}", number)
+        raise ListingError(f"{row['address']}: {row.get('value', '')!r} is not {kind.holds}", number)
     return content
 
 
@@ -399,7 +399,7 @@ def _json_content(entry: Mapping[str, object], kind: Kind, place: str) -> int:
     value = entry.get("value")
     raw = kind.read(value)
     if raw is None:
-        raise ListingError(f"{place}: the value {json.dumps(value)} is not {kind.title}")
+        raise ListingError(f"{place}: the value {json.dumps(value)} is not {kind.holds}")
     if "hex" in entry and (not isinstance(entry["hex"], str) or _parse_raw(entry["hex"], kind, 1, 1) != raw):
         raise ListingError(f"{place}: hex {entry['hex']!r} and value {json.dumps(value)} differ")
     return raw

@@ -374,7 +374,7 @@ def _start_number(row: Row, space: Space) -> int:
     types = map_types_of(space.kind_of(start))
     if row.type not in types:
         raise row.error_in(
-            "type", f"{row.symbol} holds {space.kind_of(start).title}: {' or '.join(types)}, not {row.type}"
+            "type", f"{row.symbol} holds {space.kind_of(start).holds}: {' or '.join(types)}, not {row.type}"
         )
     return start
 

@@ -341,7 +341,7 @@ class Kind:
     digits: int
     show: Callable[[int], Value]
     read: Callable[[object], int | None]
-    title: str
+    holds: str
 
     def hex(self, raw: int) -> str:
         """The raw content in hexadecimal."""

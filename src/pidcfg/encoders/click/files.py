@@ -150,7 +150,7 @@ def _stored_content(line: int, address: str, kind: Kind, stored: int) -> int:
         SINGLE: stored <= 0xFFFFFFFF and kind.read(kind.show(min(stored, 0xFFFFFFFF))) == stored,
     }
     if not is_valid[kind]:
-        raise ListingError(f"{address}: the new value {stored} is not {kind.title}", line)
+        raise ListingError(f"{address}: the new value {stored} is not {kind.holds}", line)
     return stored & kind.highest
 
 
@@ -277,7 +277,7 @@ def _raw_content(number: int, text: str, line: int) -> int:
     kind = SPACE.kind_of(number)
     raw = decimal_content(text, kind)
     if raw is None:
-        raise ListingError(f"{SPACE.name(number)}: {text[:40]!r} is not {kind.title}", line)
+        raise ListingError(f"{SPACE.name(number)}: {text[:40]!r} is not {kind.holds}", line)
     return raw
 
 

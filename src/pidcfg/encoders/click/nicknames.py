@@ -401,7 +401,7 @@ def initial_content(row: Row) -> int | None:
     kind = SPACE.kind_of(number)
     raw = decimal_content(row.value, kind)
     if raw is None:
-        raise ListingError(f"{row.address}: the initial value {row.value[:40]!r} is not {kind.title}", row.line)
+        raise ListingError(f"{row.address}: the initial value {row.value[:40]!r} is not {kind.holds}", row.line)
     return raw
 
 

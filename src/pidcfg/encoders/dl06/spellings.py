@@ -101,7 +101,7 @@ class Digits(NamedTuple):
             raise self.error(_unlikely_problem(self))
         raw = decimal_content(text, WORD)
         if raw is None:
-            raise self.error(f"{self.address}: {self.short_text!r} is not {WORD.title}")
+            raise self.error(f"{self.address}: {self.short_text!r} is not {WORD.holds}")
         return raw
 
 
@@ -171,7 +171,7 @@ def _find_base(unmarked: list[Digits], listing: Listing) -> int:
     """How digits without a mark are meant, by all of them together; refused where that is open."""
     invalid = next((word for word in unmarked if not DIGITS_PATTERN.fullmatch(word.text)), None)
     if invalid is not None:
-        raise invalid.error(f"{invalid.address}: {invalid.short_text!r} is not {WORD.title}")
+        raise invalid.error(f"{invalid.address}: {invalid.short_text!r} is not {WORD.holds}")
     letter = next((word for word in unmarked if LETTER_PATTERN.search(word.text)), None)
     others = [word for word in unmarked if word.has_length and not LETTER_PATTERN.search(word.text)]
     if letter is not None:

@@ -133,7 +133,7 @@ def read_tags(text: str) -> Listing:
         kind = SPACE.kind_of(number)
         raw = kind.read(int(value)) if NUMBER_PATTERN.fullmatch(value) else None
         if raw is None:
-            raise ListingError(f"{row['tag']} ({row['address']}): the value {value[:40]!r} is not {kind.title}", line)
+            raise ListingError(f"{row['tag']} ({row['address']}): the value {value[:40]!r} is not {kind.holds}", line)
         listing.add(number, raw, row["address"], line)
     if not listing.settings:
         listing.settings = tuple(_loop_settings(rows))

@@ -330,7 +330,7 @@ def raw_of(text: str, kind: Kind, name: str, *, hexadecimal: bool) -> int:
     if content is None:
         digits = HEX.fullmatch(text)
         cure = f"; hexadecimal digits are written 0x{digits.group(1)}" if digits and not text.isdecimal() else ""
-        raise QuestionError(f"{name}={text}: the value is not {kind.title}{cure}")
+        raise QuestionError(f"{name}={text}: the value is not {kind.holds}{cure}")
     return content
 
 

@@ -486,7 +486,7 @@ class RegisterBook(Registers):
             "--in FILE a configuration"
         )
         title = region or f"a register of bank {bank.prefix}"
-        page = self.page(Record(kind="register", name=name, title=title, notation=bank.kind.title))
+        page = self.page(Record(kind="register", name=name, title=title, notation=bank.kind.holds))
         if raw is not None:
             shown = self.raw_text(bank.kind, raw)
             value = Value(bank.kind.show(raw), shown, f"decimal {raw}" if self.hexadecimal else shown)
