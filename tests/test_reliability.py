@@ -232,8 +232,8 @@ def test_a_fault_in_the_code_is_another_tree_and_another_code(monkeypatch):
     path = "pidcfg/conversion/builder.py"
     found = list(valid(m for m in mutants.mutants(path) if m.scope[0] == "filter_time"))
     kinds = {mutant.change.partition(" -> ")[2] for mutant in found}
-    assert {"share > ONE", "share < ONE", "return None", "ONE + share"} <= kinds
-    compared = next(mutant for mutant in found if mutant.change == "share >= ONE -> share < ONE")
+    assert {"factor > ONE", "factor < ONE", "return None", "ONE + factor"} <= kinds
+    compared = next(mutant for mutant in found if mutant.change == "factor >= ONE -> factor < ONE")
     assert [name for name, _ in mutants.changed_codes(compared)] == ["filter_time"]
     assert (
         mutants.drawn("conversion", 1)[:5] == mutants.drawn("conversion", 1)[:5] != mutants.drawn("conversion", 2)[:5]
@@ -244,9 +244,7 @@ def test_a_function_that_waits_is_a_function_and_so_is_one_that_another_thread_r
     from pidcfg.live.serving import _run_in_real_time
 
     path = "pidcfg/live/serving.py"
-    mutant = next(
-        m for m in mutants.mutants(path) if m.change == "behind > MOST_SECONDS_BEHIND -> behind >= MOST_SECONDS_BEHIND"
-    )
+    mutant = next(m for m in mutants.mutants(path) if m.change == "lag > MAX_LAG_SECONDS -> lag >= MAX_LAG_SECONDS")
     assert mutant.scope[0] == "_run_in_real_time"
     assert users(mutant, lambda *_: True) == {(path, "_run_in_real_time")}
     assert _called(cProfile.Profile(), _run_in_real_time.__code__) == {f"{path}::_run_in_real_time"}
@@ -256,7 +254,7 @@ def test_a_fault_is_put_into_the_functions_that_live():
     from pidcfg.conversion import builder as module
 
     mutant = next(
-        m for m in mutants.mutants("pidcfg/conversion/builder.py") if m.change == "share >= ONE -> share < ONE"
+        m for m in mutants.mutants("pidcfg/conversion/builder.py") if m.change == "factor >= ONE -> factor < ONE"
     )
     ((key, code),) = mutants.changed_codes(mutant).items()
     function = module.filter_time
@@ -291,7 +289,7 @@ def test_what_a_run_left_is_tried_again_where_it_stands_now(tmp_path, monkeypatc
     """Lines of code above it may have come or gone; what was seen at first is kept."""
     monkeypatch.setattr(figures, "FOLDER", tmp_path)
     path = "pidcfg/conversion/builder.py"
-    one = next(mutant for mutant in mutants.mutants(path) if mutant.change == "share >= ONE -> share < ONE")
+    one = next(mutant for mutant in mutants.mutants(path) if mutant.change == "factor >= ONE -> factor < ONE")
     moved, gone = one.exact.replace(f":{one.line} ", f":{one.line + 7} "), f"{path}:9 no_such_code -> pass @1"
     run = {"first": {"failed": 8, "lives": 2}, "ends": {"failed": 8, "lives": 2}, "left": [moved, gone], "control": {}}
     for seed in (3, 4):
