@@ -220,6 +220,7 @@ def explain_question(
     question: Question, vendors: Sequence[str], decisions: Callable[[], Sequence[Decision]]
 ) -> list[Page]:
     """Every reading of a question, and what people see that is called so; raises `QuestionError` when there is none."""
+    whole_text = question.text
     question, vendors = _named_vendors(replace(question, name=usual_spelling(question.name)), vendors)
     if question.value is None and (match := STRUCTURE_BIT.fullmatch(question.name)):
         question = replace(question, name=match[1], value=f"0x{1 << int(match[2]):04X}")
@@ -227,6 +228,7 @@ def explain_question(
         pages = _readings(question, vendors, decisions)
     except UnknownError as error:
         pages = _text_pages(question, vendors, decisions) or _readings_without_loop(question, vendors, decisions)
+        pages = pages or _message_pages(whole_text, vendors)  # one that names the PLC
         if not pages:
             raise error from None
         return pages
