@@ -566,6 +566,17 @@ def converted(source, target):
     return checked(convert(source.config, source.vendor, VENDORS[target], {}).data)
 
 
+@pytest.mark.parametrize(("one", "two"), PAIRS)
+@pytest.mark.parametrize("range_of_pv", [[1000, 1010], [20, 21]])
+def test_a_scale_far_from_zero_keeps_the_digits_of_its_values(one, two, range_of_pv):
+    low, high = range_of_pv
+    share = Decimal("0.537")
+    source = of_vendor([{**OVEN, "pv": {"range": range_of_pv}, "setpoint": {"value": low + share * (high - low)}}], one)
+    target = converted(source, two)
+    values = [neutral_loops(side.config, side.vendor)[0].loops[0].setpoint.value for side in (source, target)]
+    assert all(abs((value - low) / (high - low) - share) <= Decimal("0.0003") for value in values)
+
+
 @pytest.mark.parametrize("heats", [True, False], ids=["heating", "cooling"])
 @pytest.mark.parametrize(("one", "two"), PAIRS)
 def test_both_sides_hold_the_same_plant_alike(one, two, heats):

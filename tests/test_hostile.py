@@ -773,8 +773,8 @@ def test_a_pipe_or_what_is_too_long_in_the_cache_is_a_miss(tmp_path, monkeypatch
 @POSIX
 def test_the_next_run_removes_what_a_killed_one_has_left_for_its_own_target(tmp_path):
     code = (
-        "import os, pathlib, signal, sys; from pidcfg.cli.outputs import temporary_for\n"
-        "temporary_for(pathlib.Path(sys.argv[1])); os.kill(os.getpid(), signal.SIGKILL)"
+        "import os, pathlib, signal, sys; from pidcfg.cli.outputs import open_temporary\n"
+        "open_temporary(pathlib.Path(sys.argv[1])); os.kill(os.getpid(), signal.SIGKILL)"
     )
     for name in ("a.txt", "b.txt"):
         subprocess.run([sys.executable, "-c", code, str(tmp_path / name)], check=False, env=environment())

@@ -173,6 +173,19 @@ def test_every_count_has_an_engineering_value_that_encodes_back(name, limits):
         assert codec.encode(codec.decode(word, scale), scale) == word
 
 
+@pytest.mark.parametrize("name", FORMATS)
+@pytest.mark.parametrize("limits", [("20", "21"), ("1000", "1010"), ("-1001", "-1000"), ("0", "50"), ("990", "1040")])
+def test_what_a_word_means_is_near_it_on_a_scale_far_from_zero_too(name, limits):
+    """A value that its word holds is not told as another one, which a conversion would write."""
+    scale = Scale(FORMATS[name], (Decimal(limits[0]), Decimal(limits[1])))
+    codec = LOOP_TABLE.find_word("pv").codec
+    for count in range(scale.format.minimum, scale.format.maximum + 1, scale.format.span // 371):
+        value = scale.value(count)
+        exact = scale.range[0] + (count - scale.zero_counts) * scale.width / scale.format.span
+        assert abs(scale.meaning(count) - exact) <= scale.width / 10_000
+        assert codec.coarse_value(value, scale.format.codec.encode(count), scale) is None
+
+
 @given(
     low=st.decimals(-1000, 1000, places=3),
     width=st.decimals("0.001", 5000, places=3),

@@ -340,7 +340,7 @@ MAX_DECIMALS = 12
 BAND_TOLERANCE, POSITION_TOLERANCE = Decimal("0.01"), Decimal("0.0005")
 """Of a band's value, and of the span for a position: what is further off is not the same number."""
 EXAMPLE_TOLERANCE = Decimal("0.0001")
-"""Of a value: how close the number is that says what a word means."""
+"""Of a value, and of the span for a position: how close the number is that says what a word means."""
 
 
 class CountsCodec(Protocol):
@@ -464,7 +464,7 @@ class Scale:
         exact = self._counts_to_units(Decimal(counts if distance else counts - self.zero_counts))
         if not distance and self.range is not None:
             exact = EXACT_CONTEXT.add(self.range[0], exact)
-        near = EXAMPLE_TOLERANCE * abs(exact)
+        near = EXAMPLE_TOLERANCE * min(abs(exact), abs(self.width))
         return shortest_quantity(exact, lambda q: abs(q.value - exact) <= near, 0).value
 
     def _counts_to_units(self, counts: Decimal) -> Decimal:
