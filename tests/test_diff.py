@@ -363,3 +363,33 @@ def test_a_change_in_percent_reads_alike_within_a_vendor_and_across(gain, note):
     numbers = Decimal(2), Decimal(gain)
     assert judge_difference("tuning.gain", *numbers).note == note
     assert judge_key("tuning.gain", ["tuning.gain"], *numbers)[2] == note
+
+
+NEUTRAL = """\
+pidcfg: 1
+vendor: generic
+loops:
+  - name: A
+    mode: auto
+    output_raises_pv: true
+    sample_time: 1 s
+    tuning: {{gain: 2, integral_time: 2 min}}
+    pv: {{range: {range}}}
+    setpoint: {{value: {value}}}
+    output: {{range: [0, 100]}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("range_of_pv", "value", "risk"),
+    [
+        ("[1000, 1010]", "1005.4", "medium"),
+        ("[1000, 1010]", "1005.375", "cosmetic"),
+        ("[0, 1010]", "1005.4", "cosmetic"),
+    ],
+)
+def test_rounding_is_small_beside_the_scale_too(range_of_pv, value, risk):
+    text, other = (NEUTRAL.format(range=range_of_pv, value=number) for number in ("1005.37", value))
+    other_text = pidcfg_package.convert(other, "ezlogix").text
+    (found,) = [d for d in loop_of(pidcfg_package.diff(text, other_text)).differences if d.field == "setpoint.value"]
+    assert found.risk == risk

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from pidcfg.conversion import ConvertError, NeutralLoop, do_overlap, number_of
 from pidcfg.conversion.builder import flatten, rescale_output, without_unused_terms
 from pidcfg.conversion.differences import (
+    POSITIONS,
     Compared,
     Difference,
     Status,
@@ -93,10 +94,17 @@ def _neutral_differences(before: NeutralSide, i: int, after: NeutralSide, j: int
     one = without_unused_terms(flatten(first))
     two = rescale_output(one, without_unused_terms(flatten(second)))
     return [
-        judge_difference(key, one.get(key), two.get(key))
+        judge_difference(key, one.get(key), two.get(key), _scale_width(key, one))
         for key in {**one, **two}
         if not is_same_value(one.get(key), two.get(key))
     ]
+
+
+def _scale_width(key: str, loop: Mapping[str, object]) -> Decimal | None:
+    """The width of the scale that a neutral field is a point of; None: it is none, or the scale has no range."""
+    side = next((side for name, side in POSITIONS.items() if key == name or key.startswith(f"{name}.")), None)
+    low, high = (number_of(loop.get(f"{side}.range.{end}")) for end in (0, 1))
+    return None if low is None or high is None else abs(high - low)
 
 
 def is_same_value(before: object, after: object) -> bool:

@@ -118,7 +118,7 @@ def sort_by_risk(differences: Iterable[Difference]) -> tuple[Difference, ...]:
 LARGE_FACTOR = Decimal(2)
 """A gain that grows or falls by more than this factor is another controller."""
 ROUNDING_TOLERANCE = Decimal("0.001")
-"""Relative differences below this are what two vendors' registers make of one value."""
+"""Of a value, and of its scale: differences below this are what two vendors' registers make of one value."""
 
 # fmt: off
 LOW_ENDS = ("setpoint.limits.0", "output.limits.0")
@@ -139,6 +139,8 @@ FIELD_RISKS: dict[str, tuple[Risk, str]] = {
     "mode":                ("high", "the loop starts in another mode"),
     "output.max_rate":     ("high", "the output moves at another speed"),
 }
+POSITIONS = {"setpoint.value": "pv", "setpoint.limits": "pv", "alarms.pv": "pv", "output.limits": "output"}
+"""Fields that are points of a scale, and of which."""
 COSMETIC_FIELDS = ("name", "description", "pv.unit", "output.unit")
 SWITCH_FIELDS = ("anti_windup", "tuning.proportional", "pv.square_root", "output_raises_pv")
 """Fields that a number becomes only when it is switched on or off."""
@@ -217,11 +219,11 @@ def _key_risk(key: str, before: object, after: object) -> tuple[Risk, str]:
     return ("high" if any(word in key for word in SIGNAL_WORDS) else "medium"), ""
 
 
-def judge_difference(field: str, before: object, after: object) -> Difference:
-    """The difference of a field, with its risk and what it means."""
+def judge_difference(field: str, before: object, after: object, width: Decimal | None = None) -> Difference:
+    """The difference of a field, with its risk and what it means; ``width``: of the scale that it is a point of."""
     one, two = number_of(before), number_of(after)
     risk, note = _field_risk(field, before, after, one, two)
-    if one is not None and two is not None and one and abs(two / one - 1) <= ROUNDING_TOLERANCE:
+    if one and two is not None and abs(two - one) <= ROUNDING_TOLERANCE * min(abs(one), width or abs(one)):
         risk, note = "cosmetic", "the registers' rounding"
     elif one and two is not None and not note:
         note = _percent_text(one, two)
