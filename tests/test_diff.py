@@ -15,6 +15,7 @@ from command import run_text
 from pidcfg.api import check_file, check_text
 from pidcfg.cli.commands import diff
 from pidcfg.conversion import ConvertError
+from pidcfg.conversion.comparison import scale_width
 from pidcfg.conversion.differences import RISKS, judge_difference, judge_key
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -393,3 +394,12 @@ def test_rounding_is_small_beside_the_scale_too(range_of_pv, value, risk):
     other_text = pidcfg_package.convert(other, "ezlogix").text
     (found,) = [d for d in loop_of(pidcfg_package.diff(text, other_text)).differences if d.field == "setpoint.value"]
     assert found.risk == risk
+
+
+@pytest.mark.parametrize("field", ["setpoint.value", "setpoint.limits.1", "alarms.pv.high", "output.limits.0"])
+def test_each_point_of_a_scale_is_held_to_the_width_of_its_own(field):
+    loop = {"pv.range.0": Decimal(1000), "pv.range.1": Decimal(1010)}
+    loop |= {"output.range.0": Decimal(0), "output.range.1": Decimal(400)}
+    assert scale_width(field, loop) == (400 if field.startswith("output") else 10)
+    assert scale_width("alarms.hysteresis", loop) is None
+    assert scale_width(field, {}) is None

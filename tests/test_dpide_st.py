@@ -533,6 +533,8 @@ def test_an_external_variable_is_the_global_one(programs):
     (loop,) = read.data["loops"]
     assert (loop["SV"], loop["devices"]["SV"]) == (7, "D100")
     assert read.data == plain.data
+    with pytest.raises(ListingError, match="a is declared again"):
+        found(f"{begin}{others.replace('a :', 'a AT D7 :')}PROGRAM M\n{call}\nEND_PROGRAM")
     with pytest.raises(ListingError, match="a is declared with another type than in line 1"):
         found(f"{begin}{others.replace('REAL', 'DINT')}PROGRAM M\n{call}\nEND_PROGRAM")
 

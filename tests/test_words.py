@@ -182,7 +182,7 @@ def test_what_a_word_means_is_near_it_on_a_scale_far_from_zero_too(name, limits)
     for count in range(scale.format.minimum, scale.format.maximum + 1, scale.format.span // 371):
         value = scale.value(count)
         exact = scale.range[0] + (count - scale.zero_counts) * scale.width / scale.format.span
-        assert abs(scale.meaning(count) - exact) <= scale.width / 10_000
+        assert abs(scale.meaning(count) - exact) <= min(scale.width, abs(exact)) / 10_000
         assert codec.coarse_value(value, scale.format.codec.encode(count), scale) is None
 
 

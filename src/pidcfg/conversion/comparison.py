@@ -94,13 +94,13 @@ def _neutral_differences(before: NeutralSide, i: int, after: NeutralSide, j: int
     one = without_unused_terms(flatten(first))
     two = rescale_output(one, without_unused_terms(flatten(second)))
     return [
-        judge_difference(key, one.get(key), two.get(key), _scale_width(key, one))
+        judge_difference(key, one.get(key), two.get(key), scale_width(key, one))
         for key in {**one, **two}
         if not is_same_value(one.get(key), two.get(key))
     ]
 
 
-def _scale_width(key: str, loop: Mapping[str, object]) -> Decimal | None:
+def scale_width(key: str, loop: Mapping[str, object]) -> Decimal | None:
     """The width of the scale that a neutral field is a point of; None: it is none, or the scale has no range."""
     side = next((side for name, side in POSITIONS.items() if key == name or key.startswith(f"{name}.")), None)
     low, high = (number_of(loop.get(f"{side}.range.{end}")) for end in (0, 1))
