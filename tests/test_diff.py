@@ -359,7 +359,10 @@ def test_an_alarm_that_comes_later_and_a_limit_that_is_wider_can_do_harm(field, 
         assert [(d.risk, d.note) for d in (gone, new)] == [("high", "the alarm is gone"), ("low", "a new alarm")]
 
 
-@pytest.mark.parametrize(("gain", "note"), [("1", "-50 %"), ("3", "+50 %"), ("2.5", "+25 %"), ("2.01", "+0.5 %")])
+@pytest.mark.parametrize(
+    ("gain", "note"),
+    [("1", "-50 %"), ("3", "+50 %"), ("2.5", "+25 %"), ("2.01", "+0.5 %"), ("90", "+4400 %"), ("4e9", "+2e+11 %")],
+)
 def test_a_change_in_percent_reads_alike_within_a_vendor_and_across(gain, note):
     numbers = Decimal(2), Decimal(gain)
     assert judge_difference("tuning.gain", *numbers).note == note

@@ -231,7 +231,8 @@ def judge_difference(field: str, before: object, after: object, width: Decimal |
 
 
 def _percent_text(one: Decimal, two: Decimal) -> str:
-    return f"{float(two / one - 1) * 100:+.3g} %"
+    percent = float(two / one - 1) * 100
+    return f"{percent:+.0f} %" if 1000 <= abs(percent) < 1e6 else f"{percent:+.3g} %"
 
 
 def _field_risk(
