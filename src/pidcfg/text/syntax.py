@@ -255,7 +255,7 @@ def _missing_space(line: str, number: int, offset: int) -> Fault:
         place, cure = Span(number, offset + 1, number, offset + 3), f"write '{key}: {line[offset + 2 :].strip()}'"
         return Fault("':=' stands where a colon belongs", place, cure)
     if value.startswith(":"):
-        cure = f"write '{key}: {line[offset + 2 :].strip(' :').partition(',')[0].rstrip('}')}'"
+        cure = f"write one colon and a space: '{key}: …'"
         return Fault("two colons stand behind the key", _sign_span(number, offset + 1), cure)
     if key.isdecimal() and value:
         cure = f'a duration carries a unit, as in 90 min; a text with a colon stands in quotes: "{key}:{value}"'
@@ -263,7 +263,8 @@ def _missing_space(line: str, number: int, offset: int) -> Fault:
     if key and not value:
         cure = f"write '{key}: …' with its value, or leave the key out"
         return Fault(f"no value stands behind '{key}:'", _sign_span(number, offset), cure)
-    return Fault("no space stands behind the colon", _sign_span(number, offset), f"write '{key}: {value}'")
+    shown = "…" if value.startswith(("[", "{", '"', "'")) else value  # it may end anywhere
+    return Fault("no space stands behind the colon", _sign_span(number, offset), f"write '{key}: {shown}'")
 
 
 def _sign_span(number: int, offset: int) -> Span:
