@@ -399,7 +399,9 @@ def test_rounding_is_small_beside_the_scale_too(range_of_pv, value, risk):
     assert found.risk == risk
 
 
-@pytest.mark.parametrize("field", ["setpoint.value", "setpoint.limits.1", "alarms.pv.high", "output.limits.0"])
+@pytest.mark.parametrize(
+    "field", ["setpoint.value", "setpoint.limits.1", "alarms.pv.high", "output.limits.0", "output.bias"]
+)
 def test_each_point_of_a_scale_is_held_to_the_width_of_its_own(field):
     loop = {"pv.range.0": Decimal(1000), "pv.range.1": Decimal(1010)}
     loop |= {"output.range.0": Decimal(0), "output.range.1": Decimal(400)}

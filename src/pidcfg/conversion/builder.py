@@ -408,7 +408,14 @@ def is_harmless(path: str, value: object) -> bool:
 FlatLoop = dict[str, Any]
 """The values of a loop by path, as `flatten` gives them."""
 OUTPUT_RANGE = ("output.range.0", "output.range.1")
+PV_SCALE_FIELDS = (
+    "setpoint.value",
+    "setpoint.limits.0",
+    "setpoint.limits.1",
+    *(f"alarms.pv.{key}" for key in ("low_low", "low", "high", "high_high")),
+)
 OUTPUT_SCALE_FIELDS = ("output.limits.0", "output.limits.1", "output.bias", "output.manual")
+"""Fields that are points of the scale of the PV, and of the output."""
 
 
 def flatten(model: Any, prefix: str = "") -> FlatLoop:

@@ -9,9 +9,14 @@ from decimal import Decimal
 from typing import TYPE_CHECKING, Any, Literal
 
 from pidcfg.conversion import ConvertError, NeutralLoop, do_overlap, number_of
-from pidcfg.conversion.builder import flatten, rescale_output, without_unused_terms
+from pidcfg.conversion.builder import (
+    OUTPUT_SCALE_FIELDS,
+    PV_SCALE_FIELDS,
+    flatten,
+    rescale_output,
+    without_unused_terms,
+)
 from pidcfg.conversion.differences import (
-    POSITIONS,
     Compared,
     Difference,
     Status,
@@ -102,7 +107,7 @@ def _neutral_differences(before: NeutralSide, i: int, after: NeutralSide, j: int
 
 def scale_width(key: str, loop: Mapping[str, object]) -> Decimal | None:
     """The width of the scale that a neutral field is a point of; None: it is none, or the scale has no range."""
-    side = next((side for name, side in POSITIONS.items() if key == name or key.startswith(f"{name}.")), None)
+    side = "pv" if key in PV_SCALE_FIELDS else "output" if key in OUTPUT_SCALE_FIELDS else None
     low, high = (number_of(loop.get(f"{side}.range.{end}")) for end in (0, 1))
     return None if low is None or high is None else abs(high - low)
 

@@ -139,8 +139,6 @@ FIELD_RISKS: dict[str, tuple[Risk, str]] = {
     "mode":                ("high", "the loop starts in another mode"),
     "output.max_rate":     ("high", "the output moves at another speed"),
 }
-POSITIONS = {"setpoint.value": "pv", "setpoint.limits": "pv", "alarms.pv": "pv", "output.limits": "output"}
-"""Fields that are points of a scale, and of which."""
 COSMETIC_FIELDS = ("name", "description", "pv.unit", "output.unit")
 SWITCH_FIELDS = ("anti_windup", "tuning.proportional", "pv.square_root", "output_raises_pv")
 """Fields that a number becomes only when it is switched on or off."""
