@@ -369,6 +369,15 @@ def test_a_timer_with_another_time_is_named():
     assert not any("T1" in note for note in found(text.replace("500", "1000")).notes)
 
 
+@pytest.mark.parametrize("time", ["1000", "K1000", "16#3E8", "1_000", "Interval", "interval"])
+def test_a_time_of_a_timer_may_be_written_otherwise_than_cycle(time):
+    declared = "VAR_GLOBAL Interval : DINT := 1000; Other : DINT := 900; END_VAR\n"
+    text = f"{declared}TMRH(SM400, T1, {time}); IF T1 THEN {by_name()} T1 := FALSE; END_IF;"
+    assert read_st(text).notes == ()
+    (note,) = read_st(text.replace(f"T1, {time}", "T1, Other")).notes
+    assert note == "LOOP-1: T1 runs for Other in line 2, and CYCLE is 1000"
+
+
 def test_a_block_that_has_an_input_where_the_manual_wants_in_out_is_named():
     text = (DATA / "manual-4.hand.st").read_text()
     wrong = text.replace("PID_MODE : DINT; KP, KI", "KP, KI").replace(
@@ -547,6 +556,9 @@ def test_an_external_variable_is_the_global_one(programs):
         (by_name()[:-2] + ", ENO => M1, Q := 1);", "DPIDE has no operand Q", (1, 333)),
         (f"IF THEN {by_name()} END_IF;", "a condition is missing before THEN", (1, 4)),
         (f"IF M1 THEN ; ELSIF\nTHEN {by_name()} END_IF;", "a condition is missing before THEN", (2, 1)),
+        (f"IF M1 THEN ; ELSE ;\nELSIF M2 THEN {by_name()} END_IF;", "'END_IF' is missing after the statements", (2, 1)),
+        (f"IF M1 THEN ; ELSE ;\nELSE {by_name()} END_IF;", "'END_IF' is missing after the statements", (2, 1)),
+        (f"IF M1 THEN {by_name()} X := 1 END_IF;", "the statement that begins here has no end", (1, 334)),
         (f"FOR i := 1 TO 2 DO\n{by_name()} END_FOR;", "DPIDE stands inside FOR", (2, 1)),
         (f"X := 1 +\nDPIDE({by_name()[6:]}", "DPIDE stands inside another statement", (2, 1)),
         (by_name()[:-2], "has no end", (1, 1)),
@@ -658,6 +670,10 @@ def program(statements: str) -> str:
         ("CASE D1 OF 1: DMOV(9.0, Kp); END_CASE", PASSED),
         ("X := Kp + 1.0;", LEFT),
         ("X := ABS(Kp);", LEFT),
+        ("X := Kp = 5.0;", LEFT),
+        ("X := (Kp) = 5.0;", LEFT),
+        ("IF (Kp) = 5.0 THEN X := Man; END_IF", LEFT),
+        ("CASE D1 OF 1: X := R; END_CASE", LEFT),
         ("Scale(D104, D300);", LEFT),
         ("Other(Kp := 3.0);", LEFT),
         ("IF M0 THEN RETURN; END_IF", JUMP.format("RETURN")),

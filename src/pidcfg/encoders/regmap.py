@@ -131,7 +131,7 @@ class Bits:
     """When the controller reads it: with the register that it is a part of."""
     other_key: ClassVar[str | None] = None
     """No other key says the same."""
-    bits_by_value: dict[object, int] = field(init=False, compare=False, default_factory=dict)
+    bits_by_value: dict[object, int] = field(init=False, default_factory=dict)
     """Each value's bits where they stand in the word; of several codes of one value the first."""
 
     def __post_init__(self) -> None:

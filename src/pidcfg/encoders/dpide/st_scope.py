@@ -240,12 +240,11 @@ def steps_of(tokens: tuple[Token, ...], guards: tuple[Guard, ...] = ()) -> Itera
         is_first = False
     if cursor.tokens[cursor.position - 1].upper == "ELSE":
         yield from _body_steps(cursor, (*guards, Guard((cursor.tokens[cursor.position - 1],), is_plain=False)))
+        cursor.expect_token("END_IF", "the statements of ELSE")
 
 
 def _body_steps(cursor: Cursor, guards: tuple[Guard, ...]) -> Iterator[Step]:
     while cursor.next_token.upper not in {"ELSIF", "ELSE", "END_IF"}:
-        if cursor.next_token.kind == END:
-            raise cursor.next_token.error("END_IF is missing")
         for inner in read_statement(cursor):
             yield from steps_of(inner.tokens, guards)
 

@@ -303,7 +303,7 @@ def _wires_to_itself(layout: Layout, wires: Wires, items: list[PlacedBlock]) -> 
             if row is not None and (i, row.name) in wires:
                 text, full = expression.text, f"{instance.name}.{row.name}"
                 cure = f"write what {full} is wired to in its place"
-                error = ExpressionError(f"{full} is wired itself and of the same call", max(text.find(full), 0), cure)
+                error = ExpressionError(f"{full} is wired itself and of the same call", text.find(full), cure)
                 yield (
                     (*items[i].place, name),
                     Misfit(name, instance.kind.table.find_parameter(name), text, WireError(error)),

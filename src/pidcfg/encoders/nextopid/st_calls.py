@@ -173,8 +173,6 @@ class Branches:
     def _read_body(self, cursor: Cursor, guards: tuple[Guard, ...], ends: tuple[str, ...]) -> None:
         """The statements of a branch, up to the next one."""
         while cursor.next_token.upper not in ends and not _begins_label(cursor):
-            if cursor.next_token.kind == END:
-                raise cursor.next_token.error(f"{ends[-1]} is missing")
             for inner in read_statement(cursor):
                 self.read_statement(inner.tokens, guards)
 
