@@ -544,6 +544,18 @@ def test_rows_that_no_loop_touches_change_nothing_and_stay_in_place(foreign, cha
     assert NICKNAMES.merge(image, few)[0].startswith(few)
 
 
+@pytest.mark.parametrize("system", ["SC1,BIT", "SD1,INT"])
+@pytest.mark.parametrize("first", [True, False])
+def test_a_nickname_of_the_system_that_is_a_loops_too_hides_no_row_of_the_loop(first, system):
+    image = image_of(LOOP)
+    head, *own = NICKNAMES.write(image, ()).splitlines(keepends=True)
+    for row in own[::30]:
+        name = row.split(",")[2]
+        rows = [f'{system},{name},0,No,""\n', *own] if first else [*own, f'{system},{name},0,No,""\n']
+        merged, report = NICKNAMES.merge(image, "".join((head, *rows)))
+        assert (merged, report[0]) == ("".join((head, *rows)), f"created 0, already there: {len(own)}")
+
+
 @pytest.mark.parametrize(("count", "lines"), [(1, "line 2"), (2, "lines 2 to 3"), (3, "lines 2 to 4")])
 def test_rows_without_an_address_are_told_by_their_lines(count, lines):
     text = "\r\n".join((WITH_MODBUS, *[',HEX,E003h,"FC=04","",0,No,""'] * count, ""))

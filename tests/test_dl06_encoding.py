@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from decimal import Decimal
+from itertools import product
 from pathlib import Path
 
 import pytest
@@ -120,6 +121,28 @@ def test_ramp_soak_pointer_of_the_manual():
 def test_words_worked_out_by_hand(change, offset, word):
     """Each key against the manual's word and bit tables (numbers are raw counts: there is no range)."""
     assert words(change)[0o2000 + offset] == word
+
+
+def data_format(*, bipolar: int, fifteen: int, sixteen: int) -> str:
+    """Notes 1 and 3 of the manual's table of +01: with the bit of 16 bits on, the other two are not read."""
+    return "16-bit unipolar" if sixteen else f"{15 if fifteen else 12}-bit {'bipolar' if bipolar else 'unipolar'}"
+
+
+def test_every_combination_of_the_bits_of_a_data_format_means_one():
+    """Note 2: with bit 10 off the output has the format of the PV."""
+    for bits in product((0, 1), repeat=7):
+        word = sum(bit << place for bit, place in zip(bits, (0, 1, 9, 10, 11, 12, 13), strict=True))
+        pv = data_format(bipolar=bits[0], fifteen=bits[1], sixteen=bits[2])
+        output = data_format(bipolar=bits[4], fifteen=bits[5], sixteen=bits[6]) if bits[3] else None
+        found = [LOOP_TABLE.find_bits(path).decode(word) for path in ("pv.format", "output.format")]
+        assert found == [pv, output], f"{word:014b}"
+
+
+def test_a_profile_is_in_one_of_16_steps_or_in_none():
+    (row,) = (row for row in LOOP_TABLE.bits if row.title.startswith("Current step"))
+    assert [row.decode(step << 8 | 0xFF) for step in range(17)] == list(range(17))
+    with pytest.raises(DecodeError):
+        row.decode(17 << 8)
 
 
 def test_limits_that_are_not_given_are_the_ends_of_the_data_range():

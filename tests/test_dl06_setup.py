@@ -15,7 +15,15 @@ from command import run_text
 from pidcfg.encoders.codecs import Bcd, DecodeError, bcd_word
 from pidcfg.encoders.dl06.image import Setup, areas, check_ramp_soak, check_setup, is_alarm_order_broken
 from pidcfg.encoders.image import Area, AreaError
-from pidcfg.encoders.maps.dl06 import LOOP_COUNT, LOOP_TABLE, LOOP_TABLES, RAMP_SOAK_PAIR, SETUP_WORDS, TABLE_POINTER
+from pidcfg.encoders.maps.dl06 import (
+    LOOP_COUNT,
+    LOOP_TABLE,
+    LOOP_TABLES,
+    RAMP_SOAK_PAIR,
+    SETUP_WORDS,
+    TABLE_POINTER,
+    WRITERS,
+)
 from pidcfg.sim.controllers import dl06 as dl06_decisions
 from pidcfg.sim.controllers.dl06 import ENGINE_DECISIONS
 from pidcfg.text.source import read_document
@@ -183,6 +191,23 @@ def test_a_profile_is_read_where_its_32_words_are_user_memory(start, there):
     pairs = [Area(start + 4 * k, RAMP_SOAK_PAIR, "LOOP-1", f"ramp_soak[{k}].") for k in range(8)] if there else []
     found = areas({**WORDS, PROFILE: start}, None, {"number_of_loops": 1})
     assert found == [SETUP, Area(0o2000, LOOP_TABLES[1], "LOOP-1"), *pairs]
+
+
+@pytest.mark.parametrize("loop", range(4))
+def test_each_loop_has_the_profile_that_its_own_word_points_at(loop):
+    found = areas({**WORDS, LOOP_COUNT: 4, PROFILE + 0o40 * loop: 0o3000}, None, {})
+    tables = [Area(0o2000 + 0o40 * i, LOOP_TABLES[1], f"LOOP-{i + 1}") for i in range(4)]
+    pairs = [Area(0o3000 + 4 * k, RAMP_SOAK_PAIR, f"LOOP-{loop + 1}", f"ramp_soak[{k}].") for k in range(8)]
+    assert found == [SETUP, *tables[: loop + 1], *pairs, *tables[loop + 1 :]]
+
+
+def test_what_a_client_compares_of_a_loop_is_what_neither_the_plc_nor_the_operator_writes():
+    """+00: bits 0 to 2 are requests; +01: bit 7 starts an auto-tune, 8 is the PLC's, 14 and 15 are nobody's."""
+    masks = Area(0o2000, LOOP_TABLE, "L").kept_masks(WRITERS)
+    assert sorted(masks) == [*range(0o2000, 0o2040)]
+    kept = {number - 0o2000: mask & 0xFFFF for number, mask in masks.items()}
+    nothing = dict.fromkeys((0o02, 0o03, 0o04, 0o05, 0o06, 0o33, 0o35), 0)
+    assert {offset: mask for offset, mask in kept.items() if mask != 0xFFFF} == {0: 0xFFF8, 1: 0x3E7F, **nothing}
 
 
 @pytest.mark.parametrize("count", [0, 9, 0x0A])

@@ -12,8 +12,10 @@ from pydantic import ValidationError
 from dpide_strategies import configurations
 from pidcfg import api
 from pidcfg.encoders.codecs import DecodeError, single_bits
+from pidcfg.encoders.dpide.files import device_of, points
 from pidcfg.encoders.dpide.image import decode, encode
 from pidcfg.encoders.maps.dpide import DPIDE_TABLE, REQUIRED_OPERANDS, ROWS
+from pidcfg.encoders.modbus_map import symbol_template_rows
 from pidcfg.schemas.dpide import BLOCK_REGISTERS, WORD_REGISTERS, DeviceRange, Devices, DpideFile, Loop, device_range
 from pidcfg.schemas.iec import BOOL, DINT, TimeNumber, Wire
 from pidcfg.text.source import read_document
@@ -421,3 +423,32 @@ def test_a_loop_that_the_settings_do_not_name_is_named(vendor):
     assert [loop["name"] for loop in decoded.data["loops"]] == ["TANK"]
     assert "SPARE is not carried over: the settings do not name it" in decoded.notes
     assert not [note for note in decode_loops(program.words, program.settings).notes if "SPARE" in note]
+
+
+@pytest.mark.parametrize(
+    ("text", "device"),
+    [
+        ("D0", ("D", 0)),
+        ("D100", ("D", 100)),
+        ("M8191", ("M", 8191)),
+        ("SM400", ("SM", 400)),
+        ("S7", ("S", 7)),
+        ("X0.0", ("X.", 0)),
+        ("X0.15", ("X.", 15)),
+        ("X1.0", ("X.", 16)),
+        ("Y2.3", ("Y.", 35)),
+        ("D100.1", ("D.", 1601)),
+        ("X0.16", None),
+        ("X0", None),
+        ("T0", None),
+        ("", None),
+    ],
+)
+def test_a_device_is_a_bank_and_a_number_and_bits_of_words_count_on(text, device):
+    assert device_of(text) == device
+
+
+def test_a_map_to_be_filled_in_begins_each_bank_of_bits_as_it_is_written():
+    places = {"PID_RUN": "X1.3", "PID_EQ": "Y2.15", "PID_DE": "D7.0", "PID_DIR": "SM9", "SV": "D100"}
+    rows = symbol_template_rows(points(encode(configuration(devices=places)).image))
+    assert {row for row in rows if "bool" in row} == {f"{bank},coil,,bool" for bank in ("D0.0", "SM0", "X0.0", "Y0.0")}

@@ -293,6 +293,16 @@ HOSTILE = (
         {"words": [{"address": "OVEN.SV", "type": "REAL", "value": 80}], "settings": [{"loop": {}}], "plc": {"x": 1}},
         "plc: x: Extra inputs",
     ),
+    *(
+        (
+            {
+                "words": [{"address": "OVEN.SV", "type": "REAL", "value": 80, "device": "D100"}],
+                "settings": [{"loop": "OVEN", "device": "D0", "devices": devices}],
+            },
+            "settings[0]: devices: ",
+        )
+        for devices in (5, [1], "D100")
+    ),
     ({"words": [{"address": ".SV", "type": "REAL", "value": 80}]}, "holds no operand of a DPIDE instruction"),
     ({"words": [{"address": "OVEN.", "type": "REAL", "value": 80}]}, "holds no operand of a DPIDE instruction"),
     ({"words": [1]}, "words[0] has no text 'address'"),

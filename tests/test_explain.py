@@ -220,6 +220,26 @@ def test_every_status_bit_of_the_dl06_has_a_meaning():
     assert names | {("mode_setting_2", 7)} == set(dl06_meanings.BIT_MEANINGS)
 
 
+@pytest.mark.parametrize(
+    ("bit", "places"),
+    [
+        (("error_flags", 0), "V7640 V10000 V1200 V7340 V7640 V1200 V7340 V10000 V17740"),
+        (("error_flags", 1), "V7640 V17740 V7640 V10000 V17740 V1200 V7340"),
+        (("error_flags", 2), "V7641 V7641"),
+        (("error_flags", 3), "V7577 V1200 V7640 V7641"),
+        (("ramp_soak_errors", 0), "V10000"),
+        (("ramp_soak_errors", 1), "V10000"),
+        (("ramp_soak_errors", 4), "V7600 V7777"),
+    ],
+)
+def test_what_a_flag_of_the_dl06_says_of_places_is_what_the_manual_says(bit, places):
+    """Appendix of reserved memory: V1200 to V7577 and V10000 to V17777 are the user's, V7600 to V7777 the system's."""
+    meaning = dl06_meanings.BIT_MEANINGS[bit]
+    text = f"{meaning.effect} {meaning.cure}".replace(dl06_meanings.RECHECK_ADVICE, "")
+    assert re.findall(r"V[0-7]+", text) == places.split()
+    assert (" above " in meaning.effect) == (bit[1] == 1)
+
+
 @pytest.mark.parametrize("module", [click_meanings, dl06_meanings, ezlogix_meanings, nextopid_meanings])
 def test_every_meaning_is_a_sentence_about_the_effect(module):
     tables = [table.values() for table in vars(module).values() if isinstance(table, dict)]

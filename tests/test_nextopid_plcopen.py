@@ -23,7 +23,8 @@ from pidcfg.encoders.nextopid import DECODE_OPTIONS
 from pidcfg.encoders.nextopid.files import FORMATS, checklist, parse_xml, read_plcopen
 from pidcfg.encoders.nextopid.image import decode, encode
 from pidcfg.encoders.nextopid.st_read import add_zeros, read_st
-from pidcfg.encoders.nextopid.st_write import write_plcopen, write_st
+from pidcfg.encoders.nextopid.st_write import Variable, write_plcopen, write_st
+from pidcfg.encoders.nextopid.st_write import _variable_xml as variable_xml
 from pidcfg.encoders.parameters import Parameter, store_value
 from pidcfg.schemas.iec import INT, REAL, TIME, Wire
 from pidcfg.schemas.nextopid import NextopidFile
@@ -340,9 +341,73 @@ def test_a_project_of_codesys_has_programs_and_instances_in_its_resource(interva
     assert data["moves"] == [{"move": "TIC_1.MV", "to": "TIC_1.ManualMV", "when": "NOT Man"}]
 
 
+SECOND_PROGRAM = (
+    '<pou name="SECOND" pouType="program"><interface/><body><ST>'
+    '<xhtml xmlns="http://www.w3.org/1999/xhtml">{}</xhtml></ST></body></pou>'
+)
+
+
+@pytest.mark.parametrize(
+    ("statement", "says"),
+    [
+        ("Level := 5;", None),
+        ("TIC_12 := 5.0;", None),
+        (
+            "tic_1.SP := 5.0;",
+            r"several POUs have blocks of the library \(SECOND, PLC_PRG\); give one of them with --pou",
+        ),
+    ],
+)
+def test_the_program_is_the_one_that_names_a_block_of_a_global_list(statement, says):
+    text = project().replace('<pou name="Other"', SECOND_PROGRAM.format(statement) + '<pou name="Other"')
+    if says is None:
+        assert read_plcopen(text).plc["program"] == "PLC_PRG"
+        return
+    with pytest.raises(ListingError, match=says):
+        read_plcopen(text)
+
+
+def test_each_structure_of_initial_values_ends_before_the_next_member():
+    """No block of the library has two of them, or a plain parameter behind one."""
+    names = ("a", "B.x", "B.y", "C.x", "d", "E.x")
+    variable = Variable("V", "T", {name: (REAL, float(at)) for at, name in enumerate(names)})
+    (structure,) = ET.fromstring("\n".join(variable_xml(variable))).iterfind("initialValue/structValue")  # noqa: S314
+    members = {
+        value.get("member"): {inner.get("member") for inner in value.iterfind("structValue/value")}
+        for value in structure
+    }
+    assert members == {"a": set(), "B": {"x", "y"}, "C": {"x"}, "d": set(), "E": {"x"}}
+    assert [value.get("value") for value in structure.iter("simpleValue")] == [f"{at}.0" for at in range(6)]
+
+
 def test_what_two_lists_call_alike_is_neither():
     with pytest.raises(ListingError, match=r"GVL_IO.Level is no variable that the program declares"):
         read_plcopen(project("TIC_1(PV := GVL_IO.Level);"))
+
+
+@pytest.mark.parametrize(
+    ("task", "time"),
+    [
+        ('<task name="B" interval="PT5S" priority="2"><pouInstance name="OTHER" typeName=""/></task>', 0.02),
+        ('<task name="B" priority="2"><pouInstance name="OTHER" typeName=""/></task>', 0.02),
+        ('<task name="B" priority="2"><pouInstance name="PLC_PRG" typeName=""/></task>', 0.02),
+        ('<task name="B" interval="PT5S" priority="2"><pouInstance name="x" typeName="plc_prg"/></task>', None),
+    ],
+)
+def test_the_interval_is_that_of_the_one_task_that_calls_the_program(task, time):
+    text = project().replace("<task ", f"{task}<task ")
+    assert read_plcopen(text).plc.get("sample_time") == time
+
+
+@pytest.mark.parametrize("value", ["", "<arrayValue><value/></arrayValue>", '<simpleValue value="Other"/>'])
+def test_an_initial_value_that_is_no_literal_is_refused_where_a_block_reads_it(value):
+    text = project("TIC_1(PV := PT);").replace(
+        "REAL/></type></variable>\n          </localVars>",
+        f"REAL/></type><initialValue>{value}</initialValue></variable></localVars>",
+    )
+    with pytest.raises(ListingError, match="PT is read by a block, and begins with something that is no literal"):
+        read_plcopen(text)
+    assert "PT" not in read_plcopen(text.replace("PV := PT", "PV := 5.0")).words
 
 
 @pytest.mark.parametrize("interval", ["", "cycle", "PT0S", "P1D"])

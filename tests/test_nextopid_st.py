@@ -346,6 +346,18 @@ def test_every_nth_cycle():
         read_st(beside + body(gate))
 
 
+@pytest.mark.parametrize(("cycles", "time"), [("1", None), ("2", 0.2), ("16#A", 1.0)])
+def test_a_counter_may_count_any_number_of_cycles(cycles, time):
+    gate = f"IF Y = 0 THEN A(PV := X); END_IF Y := (Y + 1) MOD {cycles};"
+    assert read_st('(* plc: {"sample_time": 0.1} *)' + body(gate)).settings[0].get("sample_time") == time
+
+
+@pytest.mark.parametrize("cycles", ["0", "BOOL#1", "2.0", "T#2s"])
+def test_a_counter_of_no_cycles_is_none(cycles):
+    with pytest.raises(ListingError, match="Y is not counted as in"):
+        read_st(body(f"IF Y = 0 THEN A(PV := X); END_IF Y := (Y + 1) MOD {cycles};"))
+
+
 def test_two_loops_may_share_a_counter():
     gates = "IF Y = 0 THEN A(PV := X); END_IF IF Y = 0 THEN B(PV := X); END_IF Y := (Y + 1) MOD 3;"
     found = read_st('(* plc: {"sample_time": 0.1} *)' + body(gates))
@@ -357,11 +369,34 @@ def test_a_structure_is_no_input():
         read_st(body("A(PV := X, ErrBits => E); B(PV := E);", "E : PID_ERR;"))
 
 
-@pytest.mark.parametrize("plc", [{}, {"sample_time": 0}, {"sample_time": 0.3}])
-def test_the_interval_of_a_loop_is_whole_cycles_of_the_task(plc):
-    assert cycles_of({"loop": "L", "sample_time": 1}, {"sample_time": 0.5}) == 2
-    with pytest.raises(UnwritableError, match="L: 1 s is no whole number of cycles of the task"):
-        cycles_of({"loop": "L", "sample_time": 1}, plc)
+@pytest.mark.parametrize(
+    ("interval", "task", "cycles"),
+    [
+        (None, None, 1),
+        (None, 0.5, 1),
+        (1, 0.5, 2),
+        (0.2, 0.2, 1),
+        (0.3, 0.1, 3),
+        (3600, 1, 3600),
+        (5, 2.5, 2),
+        (1, None, None),
+        (1, 0, None),
+        (1, -1, None),
+        (0, 1, None),
+        (-1, 1, None),
+        (1, 0.3, None),
+        (0.5, 1, None),
+    ],
+)
+def test_the_interval_of_a_loop_is_whole_cycles_of_the_task(interval, task, cycles):
+    for key in ("loop", "block"):
+        if cycles is None:
+            with pytest.raises(
+                UnwritableError, match=f"L: {interval} s is no whole number of cycles of the task, {task}"
+            ):
+                cycles_of({key: "L", "sample_time": interval}, {"sample_time": task})
+        else:
+            assert cycles_of({key: "L", "sample_time": interval}, {"sample_time": task}) == cycles
 
 
 def test_a_name_that_ends_in_a_point_is_left_out_with_its_statement():
