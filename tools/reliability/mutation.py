@@ -32,7 +32,6 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 from reliability import figures
 from reliability.copies import BROKEN, WAITING, in_a_copy
 from reliability.mutants import PACKAGES, SOURCE, Mutant, changed_codes, drawn, equal, mutants, tree_of
-from reliability.page import PAGE, page
 from reliability.reached import BUDGET, MAP, ROOT, Reached, Session, key_of, make_map, mapped_files, test_files
 
 if TYPE_CHECKING:
@@ -150,7 +149,14 @@ def campaign(session: Session, options: argparse.Namespace) -> None:
             else:
                 first_run(package, options, runner, judge)
             if not options.only:
-                PAGE.write_text(page(figures.kept()), "utf-8")
+                _renew_page()
+
+
+def _renew_page() -> None:
+    """The page with the new figures; loaded here, as it loads the product, which the profile must see."""
+    from reliability.page import PAGE, page
+
+    PAGE.write_text(page(figures.kept()), "utf-8")
 
 
 def first_run(package: str, options: argparse.Namespace, runner: Runner, judge: Callable[[Mutant], str]) -> None:
