@@ -192,7 +192,10 @@ def test_the_derivative_acts_on_the_error():
     assert "tuning.derivative_on" not in dropped({"tuning": {"derivative_on": "pv"}})
 
 
-@pytest.mark.parametrize(("limit", "constant", "derivative"), [(10, "0.4", 4), (100, "0", 4), (0, "0", 0)])
+@pytest.mark.parametrize(
+    ("limit", "constant", "derivative"),
+    [(10, "0.4", 4), (99, "0.040404040404", 4), (100, "0", 4), (0, "0", 0)],
+)
 def test_the_derivative_gain_limit_is_the_time_constant_of_a_filter(limit, constant, derivative):
     found = neutral({"tuning": {"derivative_gain": 4}, "derivative_gain_limit": limit}).tuning
     assert (found.derivative_filter, found.derivative_time) == (Decimal(constant), derivative)
@@ -209,7 +212,9 @@ def test_a_limit_that_limits_nothing_is_told():
     )
 
 
-@pytest.mark.parametrize(("constant", "limit"), [("0.4", 10), ("4", 1), ("20", 1), ("0.05", 80), ("0.04", None)])
+@pytest.mark.parametrize(
+    ("constant", "limit"), [("0.4", 10), ("4", 1), ("20", 1), ("0.05", 80), ("0.0404", 99), ("0.04", None)]
+)
 def test_a_derivative_filter_becomes_a_limit_of_its_gain(constant, limit):
     tuning = {"derivative_time": 4, "derivative_filter": Decimal(constant)}
     assert one({"tuning": tuning}).derivative_gain_limit == limit
@@ -233,7 +238,9 @@ def test_a_filter_longer_than_the_derivative_is_clamped_and_one_between_whole_li
     assert (put.exact, put.held) == (Decimal("0.39"), Decimal("0.4"))
 
 
-@pytest.mark.parametrize(("percent", "constant"), [(50, 0.721348), (80, 0.310667), (1, 49.749), (100, 0)])
+@pytest.mark.parametrize(
+    ("percent", "constant"), [(50, 0.721348), (80, 0.310667), (1, 49.749), (99, 0.108574), (100, 0)]
+)
 def test_the_pv_filter_is_a_time_constant(percent, constant):
     found = neutral({"pv": {"filter": percent}}).pv.filter
     assert float(found) == pytest.approx(constant, rel=1e-4)

@@ -16,7 +16,7 @@ from dl06_strategies import EVERYTHING, FORMAT_NAMES, configurations
 from neutral_strategies import neutral_files, unheard
 from pidcfg.conversion import ConvertError
 from pidcfg.conversion.dl06 import UNWANTED_INNER_POINT, UNWANTED_POINT, from_neutral
-from pidcfg.conversion.from_dl06 import HARMLESS_FIELDS, round_to_ten_digits, to_neutral
+from pidcfg.conversion.from_dl06 import HARMLESS_FIELDS, SWITCHED_OFF_NOTE, round_to_ten_digits, to_neutral
 from pidcfg.conversion.pipeline import convert, fit_to_registers
 from pidcfg.encoders.dl06 import CONVERT_OPTIONS
 from pidcfg.encoders.dl06.image import encode, reset_value, scales_of
@@ -309,10 +309,41 @@ def test_a_filter_that_does_nothing_is_none(k):
     assert neutral({"pv": {"range": [0, 200], "filter": k}}).pv.filter == 0
 
 
-def test_a_filter_that_is_switched_off_is_not_carried_over():
-    pv = {"range": [0, 200], "filter": 0.5, "filter_enabled": False}
-    assert neutral({"pv": pv}).pv.filter == 0
-    assert "pv.filter" in lost({"pv": pv})
+SPAN = {"range": [0, 200]}
+
+
+@pytest.mark.parametrize(
+    ("loop", "told"),
+    [
+        ({"derivative_gain_limit": 10, "derivative_gain_limit_enabled": False}, {"derivative_gain_limit": 10}),
+        ({"pv": {**SPAN, "filter": 0.5, "filter_enabled": False}}, {"pv.filter": Decimal("0.5")}),
+        ({"setpoint": {"limits": [10, 90.5], "limits_enabled": False}}, {"setpoint.limits": [10, Decimal("90.5")]}),
+        (
+            {"setpoint": {"limits": ["7 counts", "4000 counts"], "limits_enabled": False}},
+            {"setpoint.limits": ["7 counts", "4000 counts"]},
+        ),
+        ({"error": {"deadband": 2.5, "deadband_enabled": False}}, {"error.deadband": Decimal("2.5")}),
+        ({"error": {"deadband": "41 counts", "deadband_enabled": False}}, {"error.deadband": "41 counts"}),
+        (
+            {"alarms": {"pv": {"low": 10, "high": "4000 counts", "enabled": False}}},
+            {"alarms.pv.low": 10, "alarms.pv.high": "4000 counts"},
+        ),
+        (
+            {"alarms": {"deviation": {"yellow": "9 counts", "red": 20, "enabled": False}}},
+            {"alarms.deviation.yellow": "9 counts", "alarms.deviation.red": 20},
+        ),
+        *(
+            ({"alarms": {"rate_of_change": rate, "rate_of_change_enabled": False}}, {"alarms.rate_of_change": told})
+            for rate, told in ((0.5, "0.5 /sample"), ("6 /min", "6 /min"), ("3 counts/s", "3 counts /s"))
+        ),
+    ],
+)
+def test_a_value_that_is_switched_off_is_not_carried_over_and_told_as_the_file_has_it(loop, told):
+    tuning = {"tuning": {"gain": 1, "rate": 6}}
+    fields = to_neutral(dl06({**loop, **tuning}))[0].fields
+    assert {field.path: field.value for field in fields if field.note == SWITCHED_OFF_NOTE} == told
+    assert not [field.neutral for field in fields if field.path in told and field.neutral]
+    assert neutral({**loop, **tuning}) == neutral(tuning)
 
 
 def test_the_strongest_filter_is_a_tenth():
@@ -534,6 +565,20 @@ def test_alarms_of_a_square_root_loop_become_alarms_of_the_flow():
     assert made.pv.square_root
 
 
+@pytest.mark.parametrize("low", [0, -50])
+@pytest.mark.parametrize("data_format", FORMAT_NAMES)
+def test_alarms_of_a_flow_come_back_from_the_squares_of_any_data_format(data_format, low):
+    """The root is taken of the counts above 0, as a share of the span: a negative PV has none (D284)."""
+    flows = {key: low + share * 2 for key, share in (("low_low", 10), ("low", 25), ("high", 60), ("high_high", 70))}
+    loop = {"pv": {"range": [low, low + 200], "square_root": True}, "alarms": {"pv": flows}}
+    config, _ = target(loop, data_format=data_format)
+    assert to_neutral(config)[0].data["alarms"]["pv"] == pytest.approx({k: Decimal(v) for k, v in flows.items()})
+    scale = scales_of(config.loops[0])["pv"]
+    counts = {key: scale.position(getattr(config.loops[0].alarms.pv, key)) / scale.format.span for key in flows}
+    shares = {"low_low": "0.01", "low": "0.0625", "high": "0.36", "high_high": "0.49"}
+    assert counts == pytest.approx({key: Decimal(share) for key, share in shares.items()}, abs=Decimal("1e-8"))
+
+
 def test_a_number_that_was_worked_out_has_ten_digits():
     assert round_to_ten_digits(Decimal("0.0123456781249")) == Decimal("0.01234567812")
 
@@ -572,6 +617,78 @@ def test_the_bias_is_a_constant_without_an_integral_only():
     live_zero = {"tuning": {"gain": 2}, "output": {"range": [4, 20]}}
     assert neutral(live_zero).output.bias == 4
     assert one({"tuning": {"gain": 1}, "output": {"range": [4, 20], "bias": 4}}).state.bias is None
+
+
+IN_THE_MIDDLE = "the output begins with 0 counts, in the middle of its range"
+TAKEN_OVER = "a change to Auto makes it the bias"
+AT_0_COUNTS = "without an integral the output stands at 0 counts when there is no error"
+BIPOLAR = {"pv": {"range": [0, 200], "format": "12-bit bipolar"}, "output": {"range": [-40, 60]}}
+LIVE_ZERO = {"output": {"range": [4, 20]}}
+
+
+@pytest.mark.parametrize(
+    ("loop", "state", "with_integral", "without"),
+    [
+        ({}, {}, [], []),
+        (
+            {}, {"bias": 10, "output": 12.5},
+            [("state.output", 12.5, "manual", 12.5, "")],
+            [("state.output", 12.5, "manual", 12.5, ""), ("state.bias", 10, "bias", 10, "")],
+        ),
+        (
+            {}, {"output": "819 counts"},
+            [("state.output", "819 counts", "manual", 10, "")],
+            [("state.output", "819 counts", "manual", 10, ""), ("state.output", "819 counts", "bias", 10, TAKEN_OVER)],
+        ),
+        ({}, {"bias": "819 counts"}, [], [("state.bias", "819 counts", "bias", 10, "")]),
+        ({}, {"bias": 0}, [], [("state.bias", 0, "bias", 0, "")]),
+        (
+            {"output": {}}, {"bias": 819, "output": 4095},
+            [("state.output", "4095 counts", "manual", 100, "")],
+            [("state.output", "4095 counts", "manual", 100, ""), ("state.bias", "819 counts", "bias", 20, "")],
+        ),
+        (LIVE_ZERO, {}, [], [("state.bias", None, "bias", 4, AT_0_COUNTS)]),
+        (LIVE_ZERO, {"bias": 12}, [], [("state.bias", 12, "bias", 12, "")]),
+        (BIPOLAR, {}, [("state.output", None, "manual", 10, IN_THE_MIDDLE)], [
+            ("state.output", None, "manual", 10, IN_THE_MIDDLE), ("state.bias", None, "bias", 10, AT_0_COUNTS),
+        ]),
+        (BIPOLAR, {"output": -40}, [("state.output", -40, "manual", -40, "")], [
+            ("state.output", -40, "manual", -40, ""), ("state.output", -40, "bias", -40, TAKEN_OVER),
+        ]),
+    ],
+)  # fmt: skip
+def test_the_words_of_bias_and_output_are_told_as_the_file_has_them(loop, state, with_integral, without):
+    """The bias is a constant only without an integral (D283); a word that is not given is 0 counts."""
+    for reset, told in ((30, with_integral), ("off", without)):
+        (found,) = to_neutral(dl06({**loop, "state": state, "tuning": {"gain": 1, "reset": reset}}))
+        lines = [
+            (f.path, f.value, f.neutral[0].removeprefix("output."), f.note, f.assumed)
+            for f in found.fields
+            if f.path.startswith("state.")
+        ]
+        assert lines == [(path, value, key, note, value is None) for path, value, key, _, note in told]
+        values = {key: value for key, value in found.data["output"].items() if key in {"bias", "manual"}}
+        assert values == {key: value for _, _, key, value, _ in told}
+
+
+@pytest.mark.parametrize(
+    ("setpoint", "limits", "told"),
+    [
+        ({}, None, {}),
+        ({"limits_enabled": False}, None, {}),
+        ({"limits_enabled": True}, [0, 200], {"setpoint.limits_enabled": (True, "not given: the ends of the range")}),
+        ({"limits": [20, "4095 counts"]}, [20, 200], {"setpoint.limits": ([20, "4095 counts"], "")}),
+        (
+            {"limits": [20, 180], "limits_enabled": False}, None,
+            {"setpoint.limits": ([20, 180], SWITCHED_OFF_NOTE)},
+        ),
+    ],
+)  # fmt: skip
+def test_limits_of_the_set_point_that_are_not_given_are_the_ends_of_the_data_range(setpoint, limits, told):
+    (found,) = to_neutral(dl06({"setpoint": setpoint}))
+    assert found.data.get("setpoint", {}).get("limits") == limits
+    lines = {field.path: (field.value, field.note) for field in found.fields if "limits" in field.path}
+    assert lines == told
 
 
 @pytest.mark.parametrize(

@@ -142,9 +142,24 @@ def test_without_a_proportional_action_the_gain_stands_before_the_others():
     assert tuning.gain * tuning.derivative_time == 6
 
 
-def test_a_dead_controller_stays_dead():
-    assert neutral({"PID_EQ": False, "Kc_Kp": 0, "Ti_Ki": 0, "Td_Kd": 0}).tuning.gain == 0
-    assert to_dependent(Decimal(0), Decimal(0), Decimal(0)) == (0, 0, 0, True)
+@pytest.mark.parametrize(
+    ("gains", "terms"),
+    [
+        ((0, 0, 0), (0, 0, 0, True)),
+        ((0, 5, 0), (1, "0.2", 0, False)),
+        ((0, 0, 8), (1, 0, 8, False)),
+        ((0, 5, 8), (1, "0.2", 8, False)),
+        ((4, 0, 0), (4, 0, 0, True)),
+        ((4, 5, 0), (4, "0.8", 0, True)),
+        ((4, 0, 8), (4, 0, 2, True)),
+        ((4, 5, 8), (4, "0.8", 2, True)),
+    ],
+)
+def test_independent_gains_are_terms_behind_one_gain_which_is_1_without_a_proportional_action(gains, terms):
+    """Ti = Kp / Ki and Td = Kd / Kp; a dead controller stays dead."""
+    assert to_dependent(*map(Decimal, gains)) == (*map(Decimal, terms[:3]), terms[3])
+    tuning = neutral({"PID_EQ": False, **dict(zip(("Kc_Kp", "Ti_Ki", "Td_Kd"), gains, strict=True))}).tuning
+    assert (tuning.gain, tuning.proportional) == (terms[0], terms[3])
 
 
 def test_zero_is_off():

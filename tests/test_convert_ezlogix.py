@@ -324,6 +324,14 @@ def test_a_pulse_of_the_whole_cycle_still_switches_on(period, min_on, held):
     assert [change.clamped for change in marks] == ([Decimal(min_on) != Decimal(held)] if min_on else [])
 
 
+@pytest.mark.parametrize("time", [6553.5, 6554, 1e28, 1e300])
+def test_a_cycle_of_any_length_becomes_the_longest_that_a_register_holds_and_its_pulse_fits(time):
+    """4095/4096 of 6553.5 s are 6551.9 s."""
+    found = stored({"output": {"pulse": {"period": time, "min_on": time}}})
+    held = [(found[f"output.pulse.{key}"].kind, found[f"output.pulse.{key}"].value) for key in ("cycle_time", "min_on")]
+    assert held == [("exact" if time == 6553.5 else "clamped", 6553.5), ("rounded", 6551.9)]
+
+
 def test_pulses():
     pulse = {"period": 10, "min_on": Decimal("0.5"), "min_off": Decimal("0.7")}
     found = neutral({"output": {"pulse": {"tag": "O3", "cycle_time": 10, "min_on": 0.5, "min_off": 0.7}}}).output.pulse

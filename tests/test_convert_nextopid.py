@@ -26,6 +26,7 @@ from pidcfg.conversion.pipeline import ConvertedFile, convert, neutral_loops
 from pidcfg.encoders.nextopid import CONVERT_OPTIONS
 from pidcfg.schemas.generic import GenericFile
 from pidcfg.schemas.generic import Loop as NeutralLoop
+from pidcfg.schemas.iec import IDENTIFIER
 from pidcfg.schemas.nextopid import NextopidFile, Pida, PidaReal, PidaTuneReal, TuneParam
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.source import read_document
@@ -627,6 +628,15 @@ def test_every_parameter_is_spoken_of():
 )
 def test_names_are_identifiers(wanted, name):
     assert Names().new_name(wanted) == name
+
+
+@pytest.mark.parametrize("ending", ["", "_IN", "_FILTER", "_PWM"])
+def test_names_of_any_length_end_as_they_should_and_are_no_longer_than_an_identifier(ending):
+    names = Names()
+    given = [names.new_name(f"{'x' * length}-y", ending) for length in range(28, 44) for _ in range(11)]
+    assert all(name.endswith(ending) and IDENTIFIER.fullmatch(name) for name in given)
+    assert len({name.casefold() for name in given}) == len(given)
+    assert {len(name) for name in given} == {*range(30 + len(ending), 41)}
 
 
 def test_names_differ_by_more_than_capitals():

@@ -198,13 +198,17 @@ def test_each_line_of_a_target_is_about_its_keys_and_neutral_ones(target):
         assert {field.neutral for field in fields} - {None} <= keys("generic")
 
 
-OFF = {"error.deadband", "alarms.hysteresis", "pv.square_root", "Tfd", "BIAS", "DeadBand"}
+OFF = {
+    "deadband", "error.deadband", "alarms.hysteresis", "pv.square_root", "output.pulse.min_on", "output.pulse.min_off",
+    "Tfd", "BIAS", "DeadBand",
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("target", ["click", "dl06", "ezlogix", "nextopid"])
 def test_what_a_loop_does_not_use_is_not_written(target):
     off = {"deadband": 0, "alarms": {"hysteresis": 0}, "pv": {**OVEN["pv"], "square_root": False}}
     off["tuning"] = {**OVEN["tuning"], "derivative_filter": 0}
+    off["output"] = {**OVEN["output"], "pulse": {"period": 10, "min_on": 0, "min_off": 0}}
     config = CASES["generic"][0](OVEN, {**OVEN, "name": "TIC2", **off})
     for loop in VENDORS[target].load("from_neutral")(config, {}).data["loops"]:
         assert not OFF & {".".join(map(str, path)) for path, _, _ in leaves(loop)}
@@ -432,11 +436,22 @@ def test_moves_that_no_other_plc_has_are_lost_by_name():
     assert line.note == "copy it in the program: when TIC1.Manual"
 
 
-def test_a_move_is_lost_with_the_loop_that_it_writes():
-    loops = [{"name": name, **PIDA} for name in ("TIC1", "TIC2")]
-    moves = [{"move": 5, "to": "TIC2.ManualMV", "when": "TIC2.Manual"}]
-    result = api.convert(file_of("nextopid", *loops, plc={"sample_time": 0.1}, moves=moves), "generic")
-    assert [[c.field for c in loop.changes if c.field == "moves.0"] for loop in result.loops] == [[], ["moves.0"]]
+@pytest.mark.parametrize(
+    ("target", "owner"), [("L1.ManualMV", 0), ("L2.ManualMV", 1), ("Two", 1), ("Raw", 0), ("Own", 0), ("F.Tc", 0)]
+)
+@pytest.mark.parametrize("blocks", [0, 1, 2])
+def test_a_move_is_lost_with_the_loop_that_it_writes_or_that_reads_it_else_the_first(target, owner, blocks):
+    kept = [{"name": name, "type": "ControlLowFilter", "InVar": "Raw", "Tc": 1.5} for name in "EF"[:blocks]]
+    if target == "F.Tc" and blocks < 2:
+        return
+    loops = [{"name": "L1", **PIDA}, {"name": "L2", **PIDA, "SP": "Two"}]
+    moves = [{"move": 5, "to": target, "when": "L2.Manual"}]
+    file = {"plc": {"sample_time": 0.1}, "signals": {"Raw": 1, "Two": 2, "Own": 3}, "blocks": kept, "moves": moves}
+    result = converted(VENDORS["nextopid"].model.model_validate(
+        {"pidcfg": 1, "vendor": "nextopid", **file, "loops": loops}
+    ), "nextopid", "generic")  # fmt: skip
+    told = [[(row.source, row.loss) for row in loop.changes if row.field == "moves.0"] for loop in result.loops]
+    assert told == [[(f"5 to {target}", True)] * (i == owner) for i in range(2)]
 
 
 def test_a_dpide_keeps_its_output_in_manual_unless_the_source_has_a_manual_value():
@@ -592,6 +607,123 @@ def test_a_rule_is_told_of_a_loop_that_depends_on_it(changed, told):
             rows = [row.field.removeprefix("operation.") for row in differing_rules(*sides, loop, is_master=is_master)]
             assert sorted(rows) == sorted(ALWAYS | told | ({"master"} if is_master else set()))
     assert list(differing_rules(APART[0], APART[0], loop, is_master=True)) == []
+
+
+DL06_ANSWERS = {
+    "start": Start.RETURNS, "hand": Hand.FREE, "zero": Zero.OF_RANGE, "transfer": Transfer.ON_TOP,
+    "without_integral": WithoutIntegral.TAKEN_OVER, "windup": Windup.FROZEN_AT_ENDS, "has_edge": True,
+    "master": Master.MANUAL,
+}  # fmt: skip
+"""A bumpless transfer II, with bias freeze (D31, D39, D41, D45)."""
+CLICK_ANSWERS = {
+    "start": Start.WAITS, "hand": Hand.FREE, "zero": Zero.OF_RANGE, "transfer": Transfer.ON_TOP,
+    "without_integral": WithoutIntegral.TAKEN_OVER, "windup": Windup.FROZEN, "has_edge": True,
+    "deadband": Deadband.ONLY_BIAS, "slowest_integral": Decimal(6000),
+}  # fmt: skip
+"""In bumpless mode 2, with freeze bias (D111 to D113, D119, D285)."""
+EZLOGIX_ANSWERS = {
+    "hand": Hand.FREE, "zero": Zero.OF_RANGE, "transfer": Transfer.ON_TOP, "windup": Windup.CONDITIONAL_AT_ENDS,
+    "limits_master": True, "smoothing": None, "stopped": Stopped.AS_GIVEN,
+}  # fmt: skip
+"""With anti-windup (D165, D167, D170)."""
+DPIDE_ANSWERS = {"deadband": Deadband.CROSSED, "windup": Windup.WORKED_OUT, "manual": Manual.JUMPS}
+"""In PID_MODE 2, MOUT_AUTO off (D268 to D274)."""
+NEXTOPID_ANSWERS = {
+    "manual": Manual.JUMPS, "windup": Windup.PARTIAL, "deadband": Deadband.HELD, "follows_output": True,
+    "keeps_following": True, "smoothing": Smoothing.EXACT, "rate": Rate.KEPT_UP,
+}  # fmt: skip
+"""Without moves (D221, D222, D229)."""
+NEUTRAL_ANSWERS = {
+    "moves_by_hand": True, "windup": Windup.CONDITIONAL, "smoothing": Smoothing.EXACT, "rate": Rate.KEPT_UP,
+    "master": Master.FOLLOWS, "stopped": Stopped.UNSAID,
+}  # fmt: skip
+"""With anti-windup (D300, D301)."""
+OF_VENDOR = {
+    "dl06": DL06_ANSWERS, "click": CLICK_ANSWERS, "ezlogix": EZLOGIX_ANSWERS, "dpide": DPIDE_ANSWERS,
+    "nextopid": NEXTOPID_ANSWERS, "generic": NEUTRAL_ANSWERS,
+}  # fmt: skip
+TYPE_1 = {"transfer": Transfer.GOES_ON, "leads_master": True}
+
+
+@pytest.mark.parametrize(
+    ("vendor", "loop", "answers"),
+    [
+        ("dl06", {"bumpless": "II", "bias_freeze": True}, {}),
+        ("dl06", {"bumpless": "II", "bias_freeze": False}, {"windup": Windup.WITHIN_RANGE}),
+        ("dl06", {"bumpless": "I", "bias_freeze": True}, TYPE_1),
+        (
+            "dl06", {"bumpless": "II", "algorithm": "velocity", "bias_freeze": True},
+            {"windup": Windup.NONE, "transfer": Transfer.GOES_ON},
+        ),
+        (
+            "dl06", {"bumpless": "II", "independent_of_cpu_mode": True, "bias_freeze": True},
+            {"stopped": Stopped.GOES_ON},
+        ),
+        ("dl06", {"bumpless": "II", "error": {"curve": "squared"}, "bias_freeze": True}, {"squares_error": True}),
+        (
+            "dl06", {"bumpless": "II", "alarms": {"pv": {"high": 150}}, "bias_freeze": True},
+            {"interlock": Interlock.REFUSED},
+        ),
+        (
+            "dl06", {"bumpless": "II", "alarms": {"pv": {"high": 150, "enabled": False}}, "bias_freeze": True}, {},
+        ),
+        ("click", {"bumpless": 2, "freeze_bias": True}, {}),
+        ("click", {"bumpless": 2, "freeze_bias": False}, {"windup": Windup.WITHIN_LIMITS}),
+        ("click", {"bumpless": 1, "freeze_bias": True}, {"transfer": Transfer.GOES_ON}),
+        ("click", {"bumpless": 2, "freeze_bias": True, "error": {"curve": "squared"}}, {"squares_error": True}),
+        ("ezlogix", {"anti_windup": True}, {}),
+        ("ezlogix", {"anti_windup": False}, {"windup": Windup.ENDLESS}),
+        ("dpide", {"PID_MODE": 2, "MOUT_AUTO": False}, {}),
+        ("dpide", {"PID_MODE": 0, "MOUT_AUTO": False}, {"windup": Windup.HELD_BEYOND}),
+        ("dpide", {"PID_MODE": 1, "MOUT_AUTO": False}, {"windup": Windup.HELD_BEYOND}),
+        ("dpide", {"PID_MODE": 2, "MOUT_AUTO": True}, {"manual": Manual.STAYS}),
+        ("dpide", {"MOUT_AUTO": False, "devices": {"MV": "D900", "MOUT": "D900"}}, {"manual": Manual.STAYS}),
+        ("dpide", {"MOUT_AUTO": False, "devices": {"MV": "D900", "MOUT": "D902"}}, {}),
+        ("dpide", {"MOUT_AUTO": False, "devices": {"MV": "D900"}}, {}),
+        ("nextopid", {}, {}),
+        ("nextopid", {"ManualMV": "L2.MV"}, {"manual": Manual.STAYS}),
+        ("nextopid", {"sample_time": 0.1}, {}),
+        ("nextopid", {"sample_time": 0.5}, {"filter": Filter.CYCLIC}),
+        ("nextopid", {"TRK_IN": "Run"}, {"master": Master.FOLLOWS}),
+        ("nextopid", {"TRK_IN": True}, {}),
+        ("generic", {"anti_windup": True}, {}),
+        ("generic", {"anti_windup": False}, {"windup": Windup.ENDLESS}),
+    ],
+)  # fmt: skip
+def test_a_vendor_answers_for_each_of_its_loops(vendor, loop, answers):
+    file, plain, _ = CASES[vendor]
+    found = VENDORS[vendor].load("operation")(file(plain, {**plain, "name": "L2", **loop}))
+    assert found[1] == Operation(**OF_VENDOR[vendor] | answers)
+
+
+@pytest.mark.parametrize(
+    ("given", "stopped"), [({}, "AS_GIVEN"), ({True}, "GOES_ON"), ({False}, "STANDS")], ids=["none", "on", "off"]
+)
+def test_an_ezlogix_goes_on_by_itself_or_as_somebody_asked(given, stopped):
+    plc = {"process_when_stopped": on for on in given}
+    config = test_convert_ezlogix.ezlogix({}, **plc)
+    (found,) = VENDORS["ezlogix"].load("operation")(config)
+    assert found.stopped is Stopped[stopped]
+
+
+@pytest.mark.parametrize(
+    ("target", "row", "kind"),
+    [
+        (None, ("mode", "auto", "manual"), "dropped"),
+        ("auto", ("mode", "auto", "manual"), "dropped"),
+        (None, ("setpoint.follows_pv", False, None), "exact"),
+        (False, ("setpoint.follows_pv", False, None), "dropped"),
+        (None, ("setpoint.follows_pv", True, None), "dropped"),
+    ],
+)
+def test_a_choice_without_a_place_is_exact_where_nothing_acts_otherwise_without_it(target, row, kind):
+    key, *values = row
+    sides = (
+        loop_of(**({key: value} if key == "mode" else {"setpoint": {"value": 180, "follows_pv": value}}))
+        for value in values
+    )
+    [line] = correct_lines([Change(key, "exact", values[0], target, neutral=(key,))], *sides)
+    assert (line.kind, line.loss) == (kind, kind == "dropped")
 
 
 FULL_LOOP = {

@@ -43,7 +43,7 @@ from pidcfg.conversion.builder import (
 from pidcfg.conversion.dl06 import _derivative_filter
 from pidcfg.conversion.generic import HARMLESS_FIELDS, RANGE_FIELDS, from_neutral, to_neutral
 from pidcfg.conversion.operation import Smoothing, _smoothing_lines
-from pidcfg.conversion.pipeline import _derivative_line, convert, neutral_loops, read_back
+from pidcfg.conversion.pipeline import _derivative_line, convert, neutral_loops, read_back, validate_data
 from pidcfg.encoders.codecs import EncodeError
 from pidcfg.encoders.contract import encoder_of
 from pidcfg.encoders.generic import CONVERT_OPTIONS
@@ -232,6 +232,18 @@ def test_a_target_is_validated_and_encoded_once_and_once_more_as_it_is_written(c
     assert (counts["validated", target], counts["encoded", target]) == (2, 2)
     assert converted.config == checked.config
     assert converted.encoding.image == checked.encoding.image
+
+
+@pytest.mark.parametrize(
+    ("loop", "key", "text"),
+    [({}, "name", "Field required"), ({**LOOP, "sample_time": "2 x"}, "sample_time", "'2 x' is not a time")],
+)
+def test_what_a_model_refuses_of_a_result_is_told_by_its_key(loop, key, text):
+    with pytest.raises(ConvertError) as refused:
+        validate_data(GENERIC, {"pidcfg": 1, "vendor": "generic", "loops": [LOOP, loop]})
+    assert [(entry.path, entry.message) for entry in refused.value.missing] == [
+        (("loops", 1, key), f"loops.1.{key}: {text}")
+    ]
 
 
 def test_what_is_clamped_is_encoded_again(counts):

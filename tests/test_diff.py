@@ -178,6 +178,19 @@ def test_json_says_what_a_comparison_lacks(monkeypatch, capsys):
     assert (found["code"], found["message"], found["path"]) == ("PID042", "it has no range", "loops[0].pv")
 
 
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_scale_without_a_range_cannot_be_compared_with_another_vendors(turned):
+    sides = [edited(REACTOR, 'pv: {range: [0, 100], unit: "%"}', "pv: {}"), TANK]
+    result = pidcfg_package.diff(*(sides[::-1] if turned else sides))
+    (found,) = result.findings
+    assert (found.code, found.path, found.message) == (
+        "PID042",
+        ("loops", 2, "pv", "range"),
+        "add pv.range: the engineering values at 0 % and 100 %; the gain depends on its span",
+    )
+    assert not result.loops
+
+
 FURNACE = (EXAMPLES / "nextopid/furnace.yaml").read_text("utf-8")
 NETWORK = (EXAMPLES / "nextopid/cascade.yaml").read_text("utf-8")
 

@@ -331,6 +331,7 @@ def _counts(text: str) -> tuple[int, int]:
 
 PULSE_TIME_STEP = Decimal("0.1")
 """Of a second: the last digit of the pulse's times."""
+MAX_PULSE_TIME = WORD_MAX * PULSE_TIME_STEP
 BANKS = {"registers": REGISTERS, "discretes": DISCRETES}
 ACTIONS = {raises: action for action, raises in RAISES_PV.items()}
 PROGRAM_ADVICE = {
@@ -480,8 +481,9 @@ def _min_pulse(b: TargetBuilder, pulse: Pulse) -> None:
     """The minimum on time; one of the whole cycle becomes the longest pulse, since full output is 4095 / 4096 of it."""
     if not pulse.min_on:
         return
-    longest = product(pulse.period, quotient(FULL_COUNTS, Decimal(DUTY_COUNTS)))
-    if longest < pulse.min_on.quantize(PULSE_TIME_STEP) and pulse.min_on <= pulse.period:
+    period, min_on = (min(time, MAX_PULSE_TIME) for time in (pulse.period, pulse.min_on))
+    longest = product(period, quotient(FULL_COUNTS, Decimal(DUTY_COUNTS)))
+    if longest < min_on.quantize(PULSE_TIME_STEP) and pulse.min_on <= pulse.period:
         held = longest.quantize(PULSE_TIME_STEP, ROUND_FLOOR)
         note = f"the longest pulse is {CV_FULL}/{DUTY_COUNTS} of the cycle: it would never switch on"
         b.put("output.pulse.min_on", held, "output.pulse.min_on", note, exact=pulse.min_on, clamped=True)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import field, replace
 from decimal import Decimal
 from functools import cache
-from typing import Any, Literal, NamedTuple, get_args
+from typing import Any, Literal, NamedTuple
 
 from pydantic import BaseModel
 
@@ -20,11 +20,11 @@ from pidcfg.schemas.base import (
     UNIT_WORDS,
     ConfigurationFile,
     Duration,
-    Minutes,
+    Parser,
     Quantity,
     Rate,
-    Seconds,
     limits_at,
+    parse_seconds,
     unit_text,
     units_of,
 )
@@ -53,7 +53,6 @@ GAIN_UNITS = {"percent": "%/pv", "engineering": "output/pv"}
 """Units of a gain by what the vendor counts it in; a gain of counts per count has none."""
 TERM_UNITS = ("output/pv", "output/pv/s", "output per pv/s")
 """Units of the three gains of an independent form: MV for the error, for its integral, for its derivative."""
-TIME_UNITS = {get_args(Seconds)[1]: "s", get_args(Minutes)[1]: "min"}
 
 
 @frozen
@@ -151,7 +150,7 @@ def _field_unit(path: Path, model: type[BaseModel], key: str, vendor: Vendor) ->
     unit = unit or (limits.unit if limits else "")
     if not unit and key in RANGE_KEYS:
         return str(path[-2])
-    return unit or next((TIME_UNITS[m] for m in marks if any(m is time or m == time for time in TIME_UNITS)), "")
+    return unit or ("s" if Parser(parse_seconds) in marks else "")
 
 
 # --- What a wire means, however it is written: two expressions are compared by what they calculate, step by step ------
