@@ -127,6 +127,12 @@ def test_only_the_longest_reset_time_is_no_integral(reset, integral):
     assert one({"tuning": {"integral_time": Decimal(integral)}}).tuning.reset_time == Decimal(str(reset))
 
 
+@pytest.mark.parametrize(("integral", "told"), [(0, True), (5999.99, False), (6000, True), (9000, True)])
+def test_a_reset_time_that_counts_as_no_integral_says_so(integral, told):
+    (put,) = (put for put in puts({"tuning": {"integral_time": integral}}) if put.neutral == "tuning.integral_time")
+    assert ("counts as no integral" in put.note) is told
+
+
 def stored(loop: dict) -> dict:
     """What the registers hold of each field of a converted loop."""
     return fit_to_registers(from_neutral(generic(loop), {}), CLICK)[0]

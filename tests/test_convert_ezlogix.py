@@ -141,11 +141,11 @@ def test_without_a_range_of_the_output_it_is_per_cent_and_that_is_said():
     assert neutral({"output": {"range": None, "unit": "Hz"}}).output.unit == "Hz"
 
 
-def test_without_a_range_of_the_pv_the_key_is_asked_for():
-    [missing] = to_neutral(ezlogix({"pv": {"range": None, "counts": [0, 8000]}}))[0].missing
+@pytest.mark.parametrize(("counts", "ends"), [({}, "0 and 4095"), ({"counts": [800, 8000]}, "800 and 8000")])
+def test_without_a_range_of_the_pv_the_key_is_asked_for(counts, ends):
+    [missing] = to_neutral(ezlogix({"pv": {"range": None, **counts}}))[0].missing
     assert missing.path == ("loops", 0, "pv", "range")
-    assert "add pv.range" in missing.message
-    assert "8000" in missing.message
+    assert missing.message == f"add pv.range: [low, high], the engineering values at {ends} counts of the PV"
 
 
 def test_gain_0_takes_the_proportional_term_out_and_counts_as_1():
@@ -387,6 +387,33 @@ def test_a_rate_of_change_is_told_in_counts_a_sample_where_there_are_any(root, r
     pv = {"range": [0, 200], "square_root": root}
     found = dropped({"pv": pv, "alarms": {"rate_of_change": rate}})["alarms.rate_of_change"]
     assert found == f"compare IR1 with what it was a sample before in the program{apart}"
+
+
+@pytest.mark.parametrize(
+    ("tag", "counts", "key", "point", "trips"),
+    [
+        ("IR1", 4095, "low", 0, False),
+        ("IR1", 4095, "low_low", 0.5, False),
+        ("IR1", 4095, "low", 1, True),
+        ("IR1", 4095, "high", 4094, True),
+        ("IR1", 4095, "high_high", 4095, False),
+        ("IR1", 65535, "high", 65535, False),
+        ("R9", 65535, "high", 65534, True),
+        ("R9", 65535, "high", 65535, False),
+        ("R9", 4095, "high", 4095, True),
+        ("R9", 4095, "low_low", 0, False),
+    ],
+)
+def test_a_point_that_no_content_of_the_pv_is_beyond_never_trips(tag, counts, key, point, trips):
+    """An analog input holds 0 to 4095, a register 0 to 65535."""
+    loop = {"pv": {"range": [0, counts]}, "alarms": {"pv": {key: point}}}
+    note = dropped(loop, pv_tag=[tag], pv_counts=[(0, counts)])[f"alarms.pv.{key}"]
+    side = f"{'above' if key.startswith('high') else 'below'} {round(point)} counts"
+    assert note == (
+        f"compare {tag} in the program: {side}"
+        if trips
+        else f"{tag} is never {side}, so that it never trips: nothing to program"
+    )
 
 
 def test_what_the_program_compares_is_in_the_counts_of_its_registers():

@@ -26,7 +26,7 @@ from neutral_strategies import EVERYTHING
 from pidcfg import api
 from pidcfg.cli.formats import conversion as formats
 from pidcfg.cli.main import main
-from pidcfg.conversion import Change, MaxLoss, MaxLossError, judge_change, parse_max_loss, text_of
+from pidcfg.conversion import Change, MaxLoss, MaxLossError, json_value, judge_change, parse_max_loss, text_of
 from pidcfg.conversion.builder import correct_lines
 from pidcfg.conversion.operation import (
     KICK_NOTE,
@@ -52,6 +52,7 @@ from pidcfg.conversion.pipeline import (
     FIRST_OUTPUT_NOTE,
     UNKNOWN_FIELD_NOTE,
     convert,
+    path_in_file,
     unreported_fields,
     unreported_items,
 )
@@ -145,6 +146,15 @@ def alone(vendor):
         yield ".".join(path), loop
 
 
+def exact_lines(result):
+    """The exact lines that name a key of the result: that key, its value in the file, and what the line says of it."""
+    for j, i in enumerate(result.source_loops):
+        for row in result.loops[i].changes:
+            if row.kind == "exact" and row.target_field:
+                held = value_at(result.data, path_in_file(j, row.target_field))
+                yield row.target_field, json_value(held), json_value(row.target)
+
+
 @pytest.mark.parametrize("source", CASES)
 def test_every_field_of_each_source_has_a_line_in_all_targets(source):
     file, cases = CASES[source][0], list(alone(source))
@@ -163,6 +173,7 @@ def test_every_field_of_each_source_has_a_line_in_all_targets(source):
                 assert silent == {}, target
                 unknown = [row.field for loop in result.loops for row in loop.changes if row.note == UNKNOWN_FIELD_NOTE]
                 assert unknown == [], target
+                assert [row for row in exact_lines(result) if row[1] != row[2]] == [], target
 
 
 def keys(vendor):
@@ -288,6 +299,16 @@ def test_a_line_about_a_section_has_the_worst_of_its_numbers():
 def test_a_number_that_differs_has_the_unit_of_its_field(changed, field, unit):
     [line] = correct_lines([Change(field, "exact", 1, 1, neutral=(field,))], loop_of(), loop_of(**changed))
     assert (line.kind, line.terms.unit) == ("rounded", unit)
+
+
+@pytest.mark.parametrize("target", ["click", "dl06"])
+def test_a_number_of_another_kind_that_means_the_same_is_exact_and_told_as_the_file_has_it(target):
+    """A filter of Td/10, and a change of one count of 4095 in a sample of 0.5 s."""
+    tuning = {"gain": 0.02, "integral_time": 60, "derivative_time": 6, "derivative_filter": 0.6}
+    text = oven(tuning=tuning, pv={"range": [0, 4095]}, alarms={"rate_of_change": 2})
+    lines = lines_of(api.convert(text, target))
+    told = [lines[key] for key in ("tuning.derivative_filter", "alarms.rate_of_change")]
+    assert [(row.kind, row.target, row.error_percent) for row in told] == [("exact", 10, 0), ("exact", 1, 0)]
 
 
 @pytest.mark.parametrize("source", ["click", "dl06", "dpide", "ezlogix"])
@@ -697,10 +718,10 @@ def test_a_vendor_answers_for_each_of_its_loops(vendor, loop, answers):
 
 
 @pytest.mark.parametrize(
-    ("given", "stopped"), [({}, "AS_GIVEN"), ({True}, "GOES_ON"), ({False}, "STANDS")], ids=["none", "on", "off"]
+    ("plc", "stopped"),
+    [({}, "AS_GIVEN"), ({"process_when_stopped": True}, "GOES_ON"), ({"process_when_stopped": False}, "STANDS")],
 )
-def test_an_ezlogix_goes_on_by_itself_or_as_somebody_asked(given, stopped):
-    plc = {"process_when_stopped": on for on in given}
+def test_an_ezlogix_goes_on_by_itself_or_as_somebody_asked(plc, stopped):
     config = test_convert_ezlogix.ezlogix({}, **plc)
     (found,) = VENDORS["ezlogix"].load("operation")(config)
     assert found.stopped is Stopped[stopped]

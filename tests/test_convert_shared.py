@@ -34,6 +34,8 @@ from pidcfg.conversion.builder import (
     TargetBuilder,
     _is_within,
     apply_table,
+    assign_addresses,
+    assign_names,
     filter_factor,
     filter_time,
     flatten,
@@ -47,6 +49,7 @@ from pidcfg.conversion.pipeline import _derivative_line, convert, neutral_loops,
 from pidcfg.encoders.codecs import EncodeError
 from pidcfg.encoders.contract import encoder_of
 from pidcfg.encoders.generic import CONVERT_OPTIONS
+from pidcfg.schemas.base import BankRange
 from pidcfg.schemas.generic import GenericFile, Loop
 from pidcfg.study.verification.verify import verify
 from pidcfg.text.writer import yaml_text
@@ -147,6 +150,49 @@ def test_what_the_target_has_besides_is_told_unless_every_loop_is_like_that():
         Change("q", "assumed", None, None, neutral=("y",), target_field="q"),
         Change("r", "assumed", None, None, target_field="r"),
     ]
+
+
+# --- places ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("count", "given_addresses", "starts"),
+    [
+        (0, [], []),
+        (3, [], [1, 11, 21]),
+        (10, [], [*range(1, 100, 10)]),
+        (11, [], "10 addresses from R101 on do not end by R100"),
+        (1, ["R91"], [91]),
+        (1, ["R92"], "10 addresses from R92 on do not end by R100"),
+        (2, ["R91"], "10 addresses from R101 on do not end by R100"),
+        (3, ["R21", "R5"], [21, 5, 31]),
+        (4, ["R25", "R5"], [25, 5, 15, 35]),
+        (3, ["R16", "R6"], [16, 6, 26]),
+        (2, ["R16", "R6"], [16, 6]),
+        (1, ["R16", "R6"], "R16, R6: that is 2 for 1 of the loops"),
+    ],
+)
+def test_blocks_of_10_registers_follow_the_last_that_is_given_and_overlap_none(count, given_addresses, starts):
+    bank = BankRange("R", 1, 100, "a register")
+    if isinstance(starts, str):
+        with pytest.raises(ConvertError, match=f"^{starts}$") as refused:
+            assign_addresses(bank, 10, count, given_addresses)
+        assert [entry.path for entry in refused.value.missing] == [("loops",)]
+    else:
+        assert assign_addresses(bank, 10, count, given_addresses) == starts
+
+
+@pytest.mark.parametrize(
+    ("count", "given_names", "names"),
+    [
+        (2, [], ["O1", "O2"]),
+        (3, ["O2"], ["O2", "O1", "O3"]),
+        (3, [None, "O1"], ["O2", "O1", "O3"]),
+        (2, ["O9", "O8"], ["O9", "O8"]),
+    ],
+)
+def test_names_that_are_not_given_are_the_first_free_ones(count, given_names, names):
+    assert assign_names(given_names, count, "O{}".format) == names
 
 
 # --- cascades by position --------------------------------------------------------------------------------------------

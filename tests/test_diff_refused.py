@@ -146,6 +146,20 @@ def test_loops_that_the_plc_takes_from_other_words_are_told():
     assert (row.risk, row.word_before, row.word_after) == ("high", "0400", "0410")
 
 
+@pytest.mark.parametrize("setup", [(), (("V7640", 0o2020),)])
+def test_words_are_told_as_what_they_mean_whether_or_not_the_listing_gives_a_configuration(setup):
+    """A gain, a transfer in two words, a reset time in its unit and a set point on its scale; the file's own beside."""
+    words = ("V2050", 0x0310), ("V2076", 0x0103), ("V2051", 0x0900), ("V2102", 0x0900), ("V2105", 0x0005)
+    result = pidcfg.diff(checked_file("dl06").document, listing_of("dl06", None, *words, *setup), names=(None, "a.txt"))
+    rows = [*differences(result), *(d for loop in result.loops for d in loop.operated)]
+    assert {(d.key, d.before, d.after, d.unit, d.address) for d in rows if d.address[:4] != "V764" and d.address} == {
+        ("tuning.gain", 2.5, 3.1, "%/%", "V2050"),
+        ("pv.transfer", "base 0, slot 1, channel 2", "base 0, slot 1, channel 3", "", "V2076"),
+        ("tuning.reset", 180, 90, "s", "V2051"),
+        ("setpoint.value", "2048 counts", "56.26 %", "", "V2102"),
+    }
+
+
 def test_a_listing_without_set_up_says_nothing_of_which_loops_run():
     lines = [line for line in listing_of("dl06").splitlines() if not line.startswith("V764")]
     assert pidcfg.diff(checked_file("dl06").document, "\n".join(lines), names=(None, "a.txt")).same

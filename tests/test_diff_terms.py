@@ -224,6 +224,22 @@ def test_a_gain_in_another_unit_is_no_action_that_is_switched(text, key):
     assert risks == ["high"]
 
 
+def test_a_parameter_of_a_structure_has_the_unit_of_its_map_or_none():
+    """A percentage of the MV, and a number of cycles."""
+    tuned = edited(NEXTOPID, ("PIDA_REAL", "PIDA_TUNE_REAL"), ("Td_Kd: 0", "Td_Kd: 0, AutoTuneParam: {PARAM}"))
+    sides = [
+        tuned.replace("{PARAM}", f"{{PercAmpMV: {percent}, NumCycles: {cycles}}}")
+        for percent, cycles in ((10, 2), (12.5, 3))
+    ]
+    assert rows(pidcfg.diff(*sides), "A") == [
+        (f"AutoTuneParam.{key}", *values, unit, f"A.AutoTuneParam.{key}", *words)
+        for key, values, unit, words in (
+            ("PercAmpMV", (10, 12.5), "%", ("10.0", "12.5")),
+            ("NumCycles", (2, 3), "", ("2", "3")),
+        )
+    ]
+
+
 def test_markdown_is_a_table_with_what_is_grave_in_bold():
     after = edited(REACTOR, ("action: reverse", "action: direct"), ("name: FIC-102", "name: FIC-1"))
     lines = as_markdown(pidcfg.diff(REACTOR, after, names=("a.yaml", "b.yaml"))).splitlines()
