@@ -768,9 +768,34 @@ def test_a_set_point_of_which_nothing_is_said_stays_where_there_is_one():
     assert told == ["the set point stays", "Auto begins with the present PV"]
 
 
-def test_the_profile_is_in_the_report():
-    profile = {"table": "V3000", "steps": [{"ramp_to": 60, "slope": 0.1, "soak": 10, "deviation": 2}]}
-    assert "ramp to 60 at 0.1 /s, soak 10 min within 2" in lost({"ramp_soak": profile})["ramp_soak"]
+RAMP = {"ramp_to": 60, "slope": 0.1, "soak": 10, "deviation": 2}
+
+
+@pytest.mark.parametrize(
+    ("steps", "text"),
+    [
+        ({}, "table at V3000, which the file does not hold"),
+        ({"steps": []}, "no steps"),
+        ({"steps": [RAMP]}, "ramp to 60 at 0.1 /s, soak 10 min within 2"),
+        (
+            {"steps": [RAMP, {"ramp_to": "100 counts", "slope": "2 counts", "deviation": "9 counts"}]},
+            "ramp to 60 at 0.1 /s, soak 10 min within 2; ramp to 100 counts at 2 counts /s, soak 0 min within 9 counts",
+        ),
+        (
+            {"steps": [{"ramp_to": 6.5, "slope": 0}, RAMP]},
+            "ramp to 6.5 at 0 /s, soak 0 min; ramp to 60 at 0.1 /s, soak 10 min within 2",
+        ),
+    ],
+)
+@pytest.mark.parametrize("state", [{}, {"enabled": True}, {"enabled": False}])
+def test_the_profile_is_in_the_report(steps, text, state):
+    (field,) = (
+        field
+        for field in to_neutral(dl06({"ramp_soak": {"table": "V3000", **steps, **state}}))[0].fields
+        if field.path == "ramp_soak"
+    )
+    shown = text + " (switched off)" * (state == {"enabled": False})
+    assert (field.value, field.note) == (shown, f"program the profile of the set point: {shown}")
 
 
 # --- cascade ---------------------------------------------------------------------------------------------------------

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from decimal import Decimal
+from itertools import islice
 from typing import Any
 
 import pytest
@@ -12,7 +13,15 @@ from hypothesis import strategies as st
 from dpide_strategies import configurations
 from pidcfg.conversion import ConvertError, json_value
 from pidcfg.conversion.builder import to_dependent, to_independent
-from pidcfg.conversion.dpide import CALL_KEYS, DEAD_BAND_NOTE, HARMLESS_FIELDS, from_neutral, operations, to_neutral
+from pidcfg.conversion.dpide import (
+    CALL_KEYS,
+    DEAD_BAND_NOTE,
+    HARMLESS_FIELDS,
+    _free_registers,
+    from_neutral,
+    operations,
+    to_neutral,
+)
 from pidcfg.conversion.operation import Manual
 from pidcfg.conversion.pipeline import convert, neutral_loops
 from pidcfg.encoders.dpide import CONVERT_OPTIONS
@@ -532,6 +541,24 @@ def test_the_two_forms_are_each_other_s_way_back(kp, ki, kd):
     back = to_independent(gain, integral, derivative)
     assert acts
     assert near((kp, ki, kd), (gain, *back))
+
+
+@pytest.mark.parametrize(
+    ("blocks", "registers"),
+    [
+        ([0], ["D30", "D32"]),
+        ([30, 0], ["D60", "D62"]),
+        ([29968], ["D29998", "D0"]),
+        ([29969], ["D0", "D2"]),
+        ([29970], ["D0", "D2"]),
+        ([0, 29970], ["D30", "D32"]),
+        ([1, 29970], ["D32", "D34"]),
+        ([3, 35, 29970], ["D0", "D66"]),
+    ],
+)
+def test_a_cascade_gets_two_registers_behind_all_blocks_then_in_front_of_and_between_them(blocks, registers):
+    """A block of I_MV has 30 registers; the last is D29999. D33 and D34 are free, but no pair from an even one on."""
+    assert [*islice(_free_registers(blocks), 2)] == registers
 
 
 # --- the derivative's kick -------------------------------------------------------------------------------------------

@@ -478,6 +478,32 @@ def test_a_source_of_the_set_point_becomes_the_other_loops_cv_tag():
     assert (back["setpoint"]["source"], back["mode"]) == ("L1", "cascade")
 
 
+NO_CASCADE = "a loop has no cascade: the program writes its set point in auto"
+ALWAYS_LINKED = "its set point is always the CV of the other loop"
+
+
+@pytest.mark.parametrize(
+    ("source", "mode", "written", "note"),
+    [
+        (None, "manual", "manual", ""),
+        (None, "auto", "auto", ""),
+        (None, "cascade", "auto", NO_CASCADE),
+        ("elsewhere", "manual", "manual", ""),
+        ("elsewhere", "auto", "auto", ""),
+        ("elsewhere", "cascade", "auto", NO_CASCADE),
+        ("L1", "manual", "manual", ""),
+        ("L1", "auto", "auto", ALWAYS_LINKED),
+        ("L1", "cascade", "auto", ""),
+    ],
+)
+def test_the_mode_of_a_loop_is_told_with_what_becomes_of_its_cascade(source, mode, written, note):
+    setpoint = {} if source is None else {"setpoint": {"source": source}}
+    made = from_neutral(generic(OUTER, {"mode": mode, **setpoint}), {})
+    assert made.data["loops"][1]["mode"] == written
+    told = [(put.path, put.note, put.clamped) for put in made.fields[1] if put.neutral == "mode"]
+    assert told == [("mode", note, bool(note))]
+
+
 @pytest.mark.parametrize(
     ("inner", "options"),
     [

@@ -380,6 +380,32 @@ def test_of_two_scales_of_one_master_the_first_counts():
     assert [loop["setpoint"].get("source") for loop in loops] == [None, "L1", None]
 
 
+NO_RANGE = "no output.range is given: MinMV and MaxMV are taken for 0 % and 100 %"
+
+
+@pytest.mark.parametrize(
+    ("loop", "around", "span", "note"),
+    [
+        ({}, {}, [10, 90], NO_RANGE),
+        ({"output": {"range": [0, 100]}}, {}, [0, 100], ""),
+        ({"output": {"range": [10, 90]}}, {}, [10, 90], ""),
+        ({}, {"blocks": BLOCKS[2:]}, [0, 100], "0 % and 100 % of the pulses of P"),
+        ({"output": {"range": [0, 100]}}, {"blocks": BLOCKS[2:]}, [0, 100], ""),
+        ({"output": {"range": [0, 50]}}, {"blocks": BLOCKS[2:]}, [0, 100], "0 % and 100 % of the pulses of P"),
+        (SPECIAL, {}, [0, 200], "0 % and 100 % of the set point of L2"),
+        ({**SPECIAL, "output": {"range": [0, 200]}}, {}, [0, 200], ""),
+    ],
+)
+def test_the_range_of_an_output_is_told_with_what_reads_it(loop, around, span, note):
+    """What reads MV decides, then `output.range`, then the limits."""
+    slave = [{"SP_CASC": "L1.MV", "CASC": True}] if "TRK_IN" in loop else []
+    found = to_neutral(nextopid(loop, *slave, **around))[0]
+    (field,) = (field for field in found.fields if field.path == "output.range")
+    assert ([*found.data["output"]["range"]], field.note, field.assumed) == (span, note, bool(note))
+    given = loop.get("output", {}).get("range")
+    assert (field.value and [*field.value]) == given
+
+
 def test_a_literal_set_point_of_cascade_mode_is_in_force():
     assert neutral({"SP_CASC": 70, "CASC": True}).setpoint.value == 70
     assert neutral({"SP_CASC": "Two", "CASC": True}).setpoint.value == 2

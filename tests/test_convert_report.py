@@ -311,6 +311,16 @@ def test_a_number_of_another_kind_that_means_the_same_is_exact_and_told_as_the_f
     assert [(row.kind, row.target, row.error_percent) for row in told] == [("exact", 10, 0), ("exact", 1, 0)]
 
 
+@pytest.mark.parametrize("target", CASES)
+def test_a_range_stands_before_its_unit_in_a_result_and_its_report(target):
+    result = converted(CASES["generic"][0](OVEN), "generic", target)
+    (data,), rows = result.data["loops"], [row.target_field for row in result.loops[0].changes]
+    for part in ("pv", "output"):
+        assert [key for key in data.get(part, {}) if key in {"range", "unit"}] in (["range", "unit"], ["unit"])
+        told = [row for row in rows if row in {f"{part}.range", f"{part}.unit"}]
+        assert told == [key for key in (f"{part}.range", f"{part}.unit") if key in told]
+
+
 @pytest.mark.parametrize("source", ["click", "dl06", "dpide", "ezlogix"])
 def test_the_range_of_a_pv_stands_before_its_unit_in_a_report(source):
     file, plain, _ = CASES[source]
@@ -324,8 +334,9 @@ def test_a_signal_has_one_line_whether_or_not_a_block_reads_it():
     file = {"plc": {"sample_time": 0.1}, "signals": {"Two": 2, "Alone": 3, "PV": 4}, "blocks": [block]}
     loops = [{**PIDA, "name": name, "PV": "PV", "BIAS": bias} for name, bias in (("A", 0), ("B", "D.OutVar"))]
     result = api.convert(file_of("nextopid", *loops, **file), "dl06")
-    told = [row.field for loop in result.loops for row in loop.changes if row.field.startswith("signals.")]
-    assert sorted(told) == ["signals.Alone", "signals.PV", "signals.Two"]
+    told = [[row.field for row in loop.changes if row.field.startswith("signals.")] for loop in result.loops]
+    assert sorted(told[0] + told[1]) == ["signals.Alone", "signals.PV", "signals.Two"]
+    assert {"signals.Alone", "signals.PV"} <= {*told[0]}  # the first loop has what belongs to none
 
 
 @pytest.mark.parametrize(("time", "told"), [(5, True), (0, False)])

@@ -113,12 +113,15 @@ def test_a_target_gets_plain_numbers_in_sections():
     b = TargetBuilder(3)
     b.put("pv.range", (Decimal(0), Decimal("0.1234567890123456")), "pv.range", "why", assumed=True)
     b.put_same(SameField("output.limits", is_pair=True), (Decimal(1), Decimal("2.50")))
+    b.put_same(SameField("setpoint.limits", "SP.ends", note="both", is_pair=True), (Decimal(3), Decimal(4)))
     b.drop("output.max_rate", "by program")
-    assert b.data == {"pv": {"range": [0, 0.123456789012]}, "output": {"limits": [1, 2.5]}}
+    assert b.data == {"pv": {"range": [0, 0.123456789012]}, "output": {"limits": [1, 2.5]}, "SP": {"ends": [3, 4]}}
     assert b.fields == [
         TargetField("pv.range", "pv.range", "why", assumed=True),
         TargetField("output.limits.0", "output.limits.0"),
         TargetField("output.limits.1", "output.limits.1"),
+        TargetField("SP.ends.0", "setpoint.limits.0", "both"),
+        TargetField("SP.ends.1", "setpoint.limits.1", "both"),
         TargetField("", "output.max_rate", "by program"),
     ]
     with pytest.raises(ConvertError, match="no place") as refused:

@@ -466,6 +466,18 @@ def test_a_listing_that_holds_less_says_so():
     assert "not in the listing: ramp_soak.steps.0.ramp_to" in as_text(result)
 
 
+def test_a_table_that_a_listing_does_not_name_is_missing_but_for_the_words_that_it_holds():
+    bare = REACTOR[: REACTOR.index("      steps:")] + REACTOR[REACTOR.index("  - name: LIC-103") :]
+    steps = [f"ramp_soak.steps.{i}.{key}" for i in (0, 1) for key in ("ramp_to", "slope", "soak", "deviation")]
+    for more, held in (("", 0), ("V3000 0005 5\nV3001 0777 1911\n", 2)):
+        result = pidcfg.diff(REACTOR, upload(bare) + more, names=(None, "upload.txt"))
+        found = loops(result)["TIC-101"]
+        assert [(d.key, d.address) for d in found.differences] == list(
+            zip(steps[:held], ("V3000", "V3001")[:held], strict=True)
+        )
+        assert list(found.missing) == steps[held:]
+
+
 def test_decode_takes_names_ranges_and_units_from_a_file():
     listing = pidcfg.encode(edited(REACTOR, ("gain: 2.50", "gain: 3.1")), "ihex").text
     result = pidcfg.decode(listing, "dl06", like=REACTOR)
