@@ -525,6 +525,75 @@ def test_the_rate_of_change_is_per_second(rate, second):
     assert back.value == Decimal(second) / 2
 
 
+OFF = "stored, but switched off"
+HELD_AT_0 = "not given: this PLC compares with 0, since one bit enables all"
+
+
+@pytest.mark.parametrize(
+    ("loop", "told"),
+    [
+        ({"derivative_gain_limit": 10, "derivative_gain_limit_enabled": False}, {"derivative_gain_limit": (10, OFF)}),
+        ({"pv": {"filter": 50, "filter_enabled": False}}, {"pv.filter": (50, OFF)}),
+        ({"error": {"deadband": 2.5, "deadband_enabled": False}}, {"error.deadband": (Decimal("2.5"), OFF)}),
+        (
+            {"setpoint": {"lower_limit": 10, "lower_limit_enabled": False}},
+            {"setpoint.lower_limit": (10, OFF)},
+        ),
+        (
+            {"setpoint": {"upper_limit": 90, "upper_limit_enabled": False}},
+            {"setpoint.upper_limit": (90, OFF)},
+        ),
+        (
+            {"alarms": {"pv": {"low_low": 5, "low": 10, "high": 150, "high_high": 160, "enabled": False}}},
+            {"alarms.pv.low_low": (5, OFF), "alarms.pv.low": (10, OFF), "alarms.pv.high": (150, OFF)}
+            | {"alarms.pv.high_high": (160, OFF)},
+        ),
+        (
+            {"alarms": {"deviation": {"high": 5, "high_high": 9, "enabled": False}}},
+            {"alarms.deviation.high": (5, OFF), "alarms.deviation.high_high": (9, OFF)},
+        ),
+        (
+            {"alarms": {"rate_of_change": "15 /min", "rate_of_change_enabled": False}},
+            {"alarms.rate_of_change": ("15 /min", OFF)},
+        ),
+        (
+            {"alarms": {"pv": {"enabled": True}}},
+            {f"alarms.pv.{key}": (None, HELD_AT_0) for key in ("high", "high_high")},
+        ),
+        (
+            {"alarms": {"pv": {"enabled": True}}, "pv": {"range": [-9, 9], "input_range": [-9, 9]}},
+            {f"alarms.pv.{key}": (None, HELD_AT_0) for key in ("low_low", "low", "high", "high_high")},
+        ),
+        (
+            {"alarms": {"pv": {"enabled": True}}, "pv": {"range": [-9, 0], "input_range": [-9, 0]}},
+            {f"alarms.pv.{key}": (None, HELD_AT_0) for key in ("low_low", "low")},
+        ),
+        (
+            {"alarms": {"deviation": {"enabled": True, "high": 5}}},
+            {"alarms.deviation.high_high": (None, HELD_AT_0)},
+        ),
+    ],
+)
+def test_a_value_that_is_switched_off_is_told_as_the_file_has_it_and_one_that_is_not_given_where_0_matters(loop, told):
+    tuning = {"derivative_gain": 4} if "derivative_gain_limit" in loop else {}
+    fields = to_neutral(click({**loop, "tuning": tuning}))[0].fields
+    assert {field.path: (field.value, field.note) for field in fields if not field.neutral} == told
+
+
+@pytest.mark.parametrize(
+    ("alarms", "told"),
+    [
+        ({"rate_of_change": "15 /min"}, ("15 /min", Decimal("0.25"))),
+        ({"rate_of_change": 2}, ("2 /sample", 4)),
+        ({"rate_of_change_enabled": True}, (0, 0)),
+    ],
+)
+def test_a_rate_of_change_is_told_as_the_file_has_it_and_0_where_it_is_on_without_a_value(alarms, told):
+    (found,) = to_neutral(click({"alarms": alarms}))
+    values = [field.value for field in found.fields if field.path == "alarms.rate_of_change"]
+    assert (values, found.data["alarms"]["rate_of_change"]) == ([told[0]], told[1])
+
+
 def test_groups_that_are_switched_off_are_lost():
     alarms = {
         "pv": {"high": 150, "enabled": False},

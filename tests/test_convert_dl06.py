@@ -25,6 +25,7 @@ from pidcfg.schemas.base import Quantity
 from pidcfg.schemas.dl06 import Dl06File, Loop
 from pidcfg.schemas.generic import GenericFile
 from pidcfg.text.diagnostics import Severity
+from pidcfg.text.paths import parse_path, value_at
 from pidcfg.text.source import read_document
 from pidcfg.text.writer import yaml_text
 from pidcfg.validate.engine import check_document
@@ -446,6 +447,36 @@ def test_alarms_that_are_switched_off_are_not_carried_over():
     assert alarms.rate_of_change is None
     assert {"alarms.pv.low_low", "alarms.pv.high", "alarms.deviation.red", "alarms.rate_of_change"} <= set(
         lost({"alarms": off})
+    )
+
+
+NOT_GIVEN = "not given: the PLC compares with 0 counts"
+
+
+@pytest.mark.parametrize(
+    ("alarms", "told"),
+    [
+        ({"pv": {"low": 20, "high": "4000 counts", "high_high": 200}}, {
+            "alarms.pv.low_low": (None, 0, NOT_GIVEN), "alarms.pv.low": (20, 20, ""),
+            "alarms.pv.high": ("4000 counts", "195.360195360", ""), "alarms.pv.high_high": (200, 200, ""),
+        }),
+        ({"deviation": {"red": "41 counts"}}, {
+            "alarms.deviation.yellow": ("0 counts", 0, NOT_GIVEN),
+            "alarms.deviation.red": ("41 counts", "2.00244200244", ""),
+        }),
+        ({"rate_of_change": 0.5}, {"alarms.rate_of_change": ("0.5 /sample", 1, "")}),
+        ({"rate_of_change": "6 /min"}, {"alarms.rate_of_change": ("6 /min", "0.1", "")}),
+        ({"rate_of_change_enabled": True}, {"alarms.rate_of_change_enabled": (True, 0, NOT_GIVEN)}),
+        ({"hysteresis": "41 counts"}, {"alarms.hysteresis": ("41 counts", "2.00244200244", "")}),
+    ],
+)  # fmt: skip
+def test_alarms_are_told_as_the_file_has_them_and_a_word_that_is_not_given_is_0_counts(alarms, told):
+    (found,) = to_neutral(dl06({"alarms": alarms}))
+    lines = {f.path: (f.value, f.note, f.assumed) for f in found.fields if f.path.startswith("alarms.")}
+    assert lines == {path: (value, note, bool(note) and value is not True) for path, (value, _, note) in told.items()}
+    values = {f.path: value_at(found.data, parse_path(f.neutral[0])) for f in found.fields if f.path in told}
+    assert {path: float(value) for path, value in values.items()} == pytest.approx(
+        {path: float(value) for path, (_, value, _) in told.items()}
     )
 
 

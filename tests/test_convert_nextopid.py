@@ -314,6 +314,119 @@ def test_a_ring_of_wires_has_no_value():
     assert shown["setpoint"] == {}  # the section is there to be filled in
 
 
+IS_2 = "wired to Two, which is 2 at the start"
+IS_TRUE = "wired to Run, which is TRUE at the start"
+TO_MANUAL = "put the loop into manual in the program, with TRK_VAL as its output"
+
+
+@pytest.mark.parametrize(
+    ("loop", "told"),
+    [
+        ({"Kp": "Two"}, {"Kp": ("Two", "tuning.gain", IS_2)}),
+        ({"Kp": 3}, {"Kp": (3, "tuning.gain", "")}),
+        ({"Kp": "Two", "Indep": "Run"}, {"Kp": ("Two", "tuning.gain", IS_2), "Indep": ("Run", "tuning.gain", IS_TRUE)}),
+        ({"Direct": "Run"}, {"Direct": ("Run", "output_raises_pv", IS_TRUE)}),
+        (
+            {"Direct": "Halt"},
+            {"Direct": ("Halt", "output_raises_pv", IS_TRUE.replace("Run", "Halt").replace("TRUE", "FALSE"))},
+        ),
+        (
+            {"DisableP": "Run", "Indep": True},
+            {"DisableP": ("Run", "tuning.proportional", f"{IS_TRUE}; of no effect with Indep TRUE")},
+        ),
+        (
+            {"DisableP": True, "Indep": True},
+            {"DisableP": (True, "tuning.proportional", "of no effect with Indep TRUE")},
+        ),
+        ({"DisableP": True}, {"DisableP": (True, "tuning.proportional", "")}),
+        ({"Ti_Ki": 0.0009}, {"Ti_Ki": (Decimal("0.0009"), "tuning.integral_time", "below 0.001 s: no integral")}),
+        ({"Ti_Ki": 0.001}, {"Ti_Ki": (Decimal("0.001"), "tuning.integral_time", "")}),
+        ({"Ti_Ki": 0}, {"Ti_Ki": (0, "tuning.integral_time", "")}),
+        ({"MaxVarMV": "Two"}, {"MaxVarMV": ("Two", "output.max_rate", f"{IS_2}; per cycle here")}),
+        ({"MaxVarMV": 4}, {"MaxVarMV": (4, "output.max_rate", "per cycle here")}),
+        ({"MaxVarMV": "L1.MV"}, {"MaxVarMV": ("L1.MV", None, "L1.MV: limit the change of MV in the program")}),
+        (
+            {"DeadBand": "Two"},
+            {"DeadBand": ("Two", "deadband", f"{IS_2}; while the error is smaller, MV is held here")},
+        ),
+        (
+            {"DeadBand": "L1.MV"},
+            {"DeadBand": ("L1.MV", None, "L1.MV: hold MV in the program while the error is small")},
+        ),
+        (
+            {"Tfd": "Two - 2"},
+            {"Tfd": ("Two - 2", "tuning.derivative_filter", "wired to Two - 2, which is 0 at the start")},
+        ),
+        ({"Tfd": "L1.MV"}, {"Tfd": ("L1.MV", None, "L1.MV: filter the derivative in the program")}),
+        ({"Manual": "Run"}, {"Manual": ("Run", "mode", IS_TRUE)}),
+        (
+            {"Manual": "L1.TRK_OUT"},
+            {"Manual": ("L1.TRK_OUT", None, "L1.TRK_OUT: switch in the program; it counts as FALSE")},
+        ),
+        ({"SP": "Two"}, {"SP": ("Two", "setpoint.value", IS_2)}),
+        ({"SP": "L1.MV"}, {"SP": ("L1.MV", None, "L1.MV: work out the set point in the program")}),
+        ({"ManualMV": "Two"}, {"ManualMV": ("Two", "output.manual", IS_2)}),
+        ({"BIAS": "Two"}, {"BIAS": ("Two", None, "Two: a feed-forward: add it to the output in the program")}),
+        ({"BIAS": 3}, {"BIAS": (3, "output.bias", "")}),
+        (
+            {"TRK_IN": "Run", "TRK_VAL": 33},
+            {
+                "TRK_IN": ("Run", None, f"Run: {TO_MANUAL}"),
+                "TRK_VAL": (33, None, "where the output comes from meanwhile"),
+            },
+        ),
+        ({"OVERR": True, "TRK_VAL": 33}, {"TRK_VAL": (33, None, "where the output comes from meanwhile")}),
+        (
+            {"TRK_IN": True, "ManualMV": 5},
+            {
+                "TRK_IN": (True, None, TO_MANUAL),
+                "ManualMV": (5, None, "TRK_IN is on, so TRK_VAL is the output: write it in the program"),
+            },
+        ),
+        ({"Windup_H_IN": True}, {"Windup_H_IN": (True, None, "hold the integral in the program")}),
+        ({"Windup_L_IN": "Run"}, {"Windup_L_IN": ("Run", None, "Run: hold the integral in the program")}),
+        (
+            {"CASC": True, "SP_CASC": 60},
+            {
+                "SP_CASC": (60, "setpoint.value", ""),
+                "SP": (
+                    50,
+                    None,
+                    "cascade mode is on, so SP_CASC is the set point: switch between the two in the program",
+                ),
+            },
+        ),
+        (
+            {"SP_CASC": 60},
+            {"SP_CASC": (60, None, "a second set point, in force while CASC is TRUE: switch it in the program")},
+        ),
+        (
+            {"CASC": True, "SP_CASC": "L1.PV"},
+            {
+                "SP_CASC": ("L1.PV", None, "L1.PV: the set point while CASC is TRUE: work it out in the program"),
+                "CASC": (True, "setpoint.value", ""),
+            },
+        ),
+        ({"CASC": True, "SP_CASC": 60, "Manual": True}, {"CASC": (True, "setpoint.value", "manual comes first")}),
+        (
+            {"PV": "Raw * 2"},
+            {"PV": ("Raw * 2", None, "Raw * 2: work it out in the program and give it to the controller")},
+        ),
+        ({"PV": "Raw"}, {"PV": None}),
+    ],
+)
+def test_each_parameter_is_told_with_what_it_is_wired_to_and_what_to_program_instead(loop, told):
+    found = said(loop)
+    lines = {key: found.get(key) for key in told}
+    assert {
+        key: line and (line.value, next(iter(line.neutral), None), line.note) for key, line in lines.items()
+    } == told
+    wired = {key for key, value in loop.items() if isinstance(value, str)}
+    assert {key for key, line in lines.items() if line and line.assumed} == {
+        key for key, row in told.items() if row and row[1] and key in wired
+    }
+
+
 def test_a_wired_bias_is_a_feed_forward():
     assert "Two * 3" in lost({"BIAS": "Two * 3"})["BIAS"]
     assert neutral({"BIAS": "Two * 3"}).output.bias == 0
