@@ -368,15 +368,26 @@ def test_without_a_set_point_the_output_is_least(raises, value):
     assert [put.neutral for put in made.fields[0] if put.path == "SV"] == [None]
 
 
+WHOLE, IN_LIMITS = "CYCLE is whole milliseconds", "CYCLE is 1 to 40000 ms"
+
+
 @pytest.mark.parametrize(
-    ("time", "cycle", "clamped"),
-    [(0.2, 200, False), ("1.6 ms", 2, False), ("0.2 ms", 1, True), (60, 40_000, True)],
+    ("time", "cycle", "clamped", "note"),
+    [
+        (0.2, 200, False, ""),
+        ("1.6 ms", 2, False, WHOLE),
+        ("0.2 ms", 1, True, IN_LIMITS),
+        ("0.999 ms", 1, True, IN_LIMITS),
+        ("1 ms", 1, False, ""),
+        (40, 40_000, False, ""),
+        ("40000.4 ms", 40_000, True, IN_LIMITS),
+        (60, 40_000, True, IN_LIMITS),
+    ],
 )
-def test_the_cycle_is_whole_milliseconds_in_its_limits(time, cycle, clamped):
+def test_the_cycle_is_whole_milliseconds_in_its_limits(time, cycle, clamped, note):
     made = from_neutral(generic({"sample_time": time}), {})
     put = next(put for put in made.fields[0] if put.path == "CYCLE")
-    assert (made.data["loops"][0]["CYCLE"], put.clamped) == (cycle, clamped)
-    assert put.note == ("" if time == 0.2 else "CYCLE is whole milliseconds")
+    assert (made.data["loops"][0]["CYCLE"], put.clamped, put.note) == (cycle, clamped, note)
 
 
 def test_a_rounded_cycle_is_reported():

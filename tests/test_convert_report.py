@@ -15,6 +15,7 @@ from types import SimpleNamespace
 
 import pytest
 from pydantic import ValidationError
+from ruamel.yaml import YAML
 
 import test_convert_click
 import test_convert_dl06
@@ -22,6 +23,7 @@ import test_convert_dpide
 import test_convert_ezlogix
 import test_convert_nextopid
 from conversion_measure import PAIRS, measure, unspoken
+from nested import merged
 from neutral_strategies import EVERYTHING
 from pidcfg import api
 from pidcfg.cli.formats import conversion as formats
@@ -343,6 +345,35 @@ def test_a_signal_has_one_line_whether_or_not_a_block_reads_it():
 def test_what_manual_does_with_a_rate_is_told_of_a_loop_that_has_one(time, told):
     result = api.convert(oven(tuning={"gain": 2.5, "integral_time": 60, "derivative_time": time}), "dl06")
     assert ("operation.rate" in lines_of(result)) is told
+
+
+def target_notes():
+    """The rows of the file: target, what differs from a plain loop, and the lines that are told of it."""
+    text = (Path(__file__).parent / "data" / "target_notes.txt").read_text("utf-8")
+    rows, target = [], ""
+    for line in text.splitlines():
+        if line.startswith("    "):
+            rows[-1][2].append(line.strip())
+        elif line.startswith("  "):
+            rows.append((target, line.strip(), []))
+        elif not line.startswith("#"):
+            target = line
+    return rows
+
+
+@pytest.mark.parametrize(("target", "changed", "told"), target_notes())
+def test_a_target_tells_what_it_does_with_a_field_that_it_has_otherwise_or_not_at_all(target, changed, told):
+    plain, lines = (
+        [
+            f"{put.path or '-'} < {put.neutral or '-'}"
+            + " (assumed)" * put.assumed
+            + " (clamped)" * put.clamped
+            + (put.note and f": {put.note}")
+            for put in VENDORS[target].load("from_neutral")(CASES["generic"][0](merged(OVEN, loop)), {}).fields[0]
+        ]
+        for loop in ({}, YAML(typ="safe").load(changed))
+    )
+    assert [line for line in lines if line not in plain] == told
 
 
 # --- losses and their limits -----------------------------------------------------------------------------------------

@@ -374,8 +374,9 @@ def _cycle(b: TargetBuilder, loop: Loop) -> None:
     """CYCLE in whole ms."""
     cycle_wanted = loop.sample_time * MS_PER_SECOND
     cycle = min(max(round_to_integer(cycle_wanted), MIN_CYCLE), MAX_CYCLE)
-    note = "CYCLE is whole milliseconds" if cycle_wanted != cycle else ""
     clamped = not MIN_CYCLE <= cycle_wanted <= MAX_CYCLE
+    note = "" if cycle_wanted == cycle else "CYCLE is whole milliseconds"
+    note = f"CYCLE is {MIN_CYCLE} to {MAX_CYCLE} ms" if clamped else note
     b.put("CYCLE", cycle, "sample_time", note, exact=cycle_wanted, clamped=clamped)
 
 
