@@ -510,6 +510,16 @@ def test_a_table_that_is_left_alone_differs_from_one_of_zeros():
     }  # fmt: skip
 
 
+@pytest.mark.parametrize(("steps", "status"), [("", "renamed"), ("      steps: []\n", "added")])
+def test_a_loop_that_moved_is_a_renamed_one_where_all_of_it_is_the_same(steps, status):
+    """Whether a table is written belongs to it, if only with zeros (D346)."""
+    at, end = REACTOR.index("  - name: TIC-101"), REACTOR.index("  - name: LIC-103")
+    bare = REACTOR[at : REACTOR.index("      steps:")]
+    moved = (REACTOR[:at] + REACTOR[end:] + bare + steps).replace("TIC-101", "TIC-7")
+    statuses = {loop.loop: loop.status for loop in pidcfg.diff(REACTOR[:at] + bare + REACTOR[end:], moved).loops}
+    assert (statuses["TIC-7"], statuses.get("TIC-101")) == (status, "removed" if status == "added" else None)
+
+
 def test_a_renamed_loop_is_told_as_that_and_what_points_at_it_is_no_difference():
     result = pidcfg.diff(REACTOR, edited(REACTOR, ("TIC-101", "TIC-7")))
     assert {loop.loop: (loop.status, loop.was, loop.differences) for loop in result.loops} == {
