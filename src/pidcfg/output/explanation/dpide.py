@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 from pidcfg.encoders.maps.dpide import CODES, D254, DPIDE_TABLE, INTEGRAL_WORDS, ROWS, STATES, WRITER_TEXTS
 from pidcfg.encoders.parameters import Content, Parameter
@@ -19,7 +19,7 @@ TERM_NAMES = {
 """The terms that a coefficient of 0 switches off."""
 
 
-def split_name(name: str, _settings: Sequence[Mapping[str, object]]) -> tuple[str, str | None, str]:
+def split_name(name: str, _types: Mapping[str, str]) -> tuple[str, str | None, str]:
     """``OVEN.SV`` to its loop, the instruction and the operand."""
     loop, _, operand = name.rpartition(".")
     return loop, INSTRUCTION if operand in ROWS else None, operand

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 from pidcfg.encoders.maps.generic import LOOP_TABLE, LOOPS
 from pidcfg.output.explanation.book import Direction
@@ -13,7 +13,7 @@ TABLE_NAME = "generic"
 DIRECTION_KEY = "output_raises_pv"
 
 
-def split_name(name: str, _settings: Sequence[Mapping[str, object]]) -> tuple[str, str | None, str]:
+def split_name(name: str, _types: Mapping[str, str]) -> tuple[str, str | None, str]:
     """``TIC-101.tuning.gain`` to its loop and field."""
     loop, path = LOOPS.split_name(name)
     return loop, TABLE_NAME if path else None, path

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 from pidcfg.encoders.maps.nextopid import BITS, BLOCK_BITS, BLOCK_TYPES, D325, GROUPS, STATES
 from pidcfg.output.explanation.book import Direction
 from pidcfg.output.explanation.parameters import Group, ParameterBook
 
 
-def split_name(name: str, settings: Sequence[Mapping[str, object]]) -> tuple[str, str | None, str]:
+def split_name(name: str, types: Mapping[str, str]) -> tuple[str, str | None, str]:
     """``TIC_1.Kp`` to its loop, the type of its block and the parameter."""
     loop, _, parameter = name.partition(".")
-    kind = next((s.get("type") for s in settings if loop in {s.get("loop"), s.get("block")}), None)
-    return loop, kind if isinstance(kind, str) else None, parameter
+    return loop, types.get(loop), parameter
 
 
 EXPLAINER = ParameterBook(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 from decimal import Decimal
-from functools import cache
+from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pidcfg.encoders.codecs import Choice, DecodeError, Position, pv_before_root
@@ -394,7 +394,11 @@ class ConfigIndex:
 
     def units(self, loop: str | None) -> dict[str, str]:
         """The units of a loop's PV and output."""
-        return units_of(next((entry for entry in self.settings if entry.get("loop") == loop), {}))
+        return units_of(self._settings_by_loop.get(loop, {}))
+
+    @cached_property
+    def _settings_by_loop(self) -> dict[object, Data]:
+        return {entry.get("loop"): entry for entry in reversed(self.settings)}
 
     def placement_at(self, number: int) -> Placement | None:
         """The register at an address; where blocks overlap, the later wins."""
@@ -430,12 +434,18 @@ class ConfigIndex:
 
     def with_origin(self, page: Page, entry: Entry) -> Page:
         """A parameter's page with its loop and the line that gives it."""
-        for key in ("loops", "blocks", "signals"):
-            for i, item in enumerate((self.document.data or {}).get(key) or ()):
-                if isinstance(item, dict) and item.get("name") == entry.address.removesuffix(f".{entry.field}"):
-                    origin = self.origin((key, i, *parse_path(entry.field)), entry.loop)
-                    return replace(page, loop=entry.loop, origins=(origin,) if origin else ())
-        return replace(page, loop=entry.loop)
+        place = self._places.get(entry.address.removesuffix(f".{entry.field}"))
+        if place is None:
+            return replace(page, loop=entry.loop)
+        origin = self.origin((*place, *parse_path(entry.field)), entry.loop)
+        return replace(page, loop=entry.loop, origins=(origin,) if origin else ())
+
+    @cached_property
+    def _places(self) -> dict[object, Path]:
+        """Where loops, blocks and signals stand in the file, by their names; of two with one name, the first."""
+        data = self.document.data or {}
+        items = [(key, i, item) for key in ("loops", "blocks", "signals") for i, item in enumerate(data.get(key) or ())]
+        return {item.get("name"): (key, i) for key, i, item in reversed(items) if isinstance(item, dict)}
 
     def origins(self, key: str, *, in_loops: bool) -> list[Origin]:
         """The lines that give a key, of every loop or of the file."""

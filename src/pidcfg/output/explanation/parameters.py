@@ -82,8 +82,8 @@ class Parameters(Book):
     """By the name that stands before a parameter's."""
     schemas: Mapping[str, type[BaseModel]] = field(default_factory=dict)
     """The schema of a table whose rows have no titles, by the same name."""
-    split_name: Callable[[str, Sequence[Mapping[str, object]]], tuple[str, str | None, str]]
-    """A listing's name to loop, table and parameter."""
+    split_name: Callable[[str, Mapping[str, str]], tuple[str, str | None, str]]
+    """A listing's name to loop, table and parameter, with the types of the listing's blocks."""
     groups: tuple[Group, ...] = ()
     bit_count_basis: str = ""
     """What the numbers of a structure's bits rest on."""
@@ -194,9 +194,15 @@ class Parameters(Book):
         code = self.code(row.name, raw)
         return code.title if code else ""
 
-    def row_of(self, name: str, settings: Sequence[Mapping[str, object]]) -> tuple[str, str, Parameter] | None:
-        """The loop, the table and the row of a listing's name."""
-        loop, kind, parameter = self.split_name(name, settings)
+    @staticmethod
+    def block_types(settings: Sequence[Mapping[str, object]]) -> dict[str, str]:
+        """The types of a listing's blocks and loops by their names; of two with one name, the first one's."""
+        types = ((s.get("loop", s.get("block")), s.get("type")) for s in reversed(settings))
+        return {str(name): kind for name, kind in types if isinstance(kind, str)}
+
+    def row_of(self, name: str, types: Mapping[str, str]) -> tuple[str, str, Parameter] | None:
+        """The loop, the table and the row of a listing's name; ``types``: what `block_types` says of the listing."""
+        loop, kind, parameter = self.split_name(name, types)
         table = self.tables.get(kind) if kind is not None else None
         row = next((row for row in table.rows if row.name == parameter), None) if table else None
         return None if row is None or kind is None else (loop, kind, row)
@@ -205,9 +211,10 @@ class Parameters(Book):
         """Every parameter of a listing with its meaning."""
         del options
         units = {str(settings.get("loop")): units_of(settings) for settings in listing.settings}
+        types = self.block_types(listing.settings)
         for name, raw in listing.words.items():
             content = f":= {raw.text}" if isinstance(raw, Wire) else str(raw)
-            entry = self.row_of(name, listing.settings)
+            entry = self.row_of(name, types)
             if entry is None:
                 text = "a signal of the program" if "." not in name else "belongs to no loop"
                 yield Line(name, "", content, "", "", text)
@@ -294,15 +301,18 @@ class ParameterBook(Parameters):
 
     def _configured_pages(self, question: Question, config: ConfigIndex) -> Iterator[Page]:
         """A parameter by its full name, its device, or its own name in each loop of the configuration."""
-        pages = [page for entry in config.entries for page in self._entry_pages(entry, question, config)]
+        types = self.block_types(config.settings)
+        pages = [page for entry in config.entries for page in self._entry_pages(entry, question, config, types)]
         return iter(pages) if pages else self._device_pages(question, config)
 
-    def _entry_pages(self, entry: Entry, question: Question, config: ConfigIndex) -> Iterator[Page]:
+    def _entry_pages(
+        self, entry: Entry, question: Question, config: ConfigIndex, types: Mapping[str, str]
+    ) -> Iterator[Page]:
         """One parameter of the configuration, if the question is about it or a later register of its device."""
         yield from self._later_word_pages(question, entry)
-        row = self.row_of(entry.address, config.settings)
         names = {entry.address.lower(), (entry.device or "").lower(), entry.field.lower()}
-        if question.name.lower() in names and row is not None:
+        row = self.row_of(entry.address, types) if question.name.lower() in names else None
+        if row is not None:
             page = self._record_page(self.record([row[1]], row[2]), question, entry.raw, config.units(entry.loop))
             yield config.with_origin(replace(page, name=entry.address), entry)
 

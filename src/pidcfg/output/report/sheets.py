@@ -395,13 +395,14 @@ def parameters_of(
     program = encoding.image
     if not isinstance(program, Program):
         return ()
-    return tuple(_parameter_row(entry, program, book, units) for entry in encoding.entries if entry.loop == loop)
+    types = book.block_types(program.settings)
+    return tuple(_parameter_row(entry, types, book, units) for entry in encoding.entries if entry.loop == loop)
 
 
 def _parameter_row(
-    entry: Entry, program: Program, book: ParameterBook, units: Mapping[str, str] | None
+    entry: Entry, types: Mapping[str, str], book: ParameterBook, units: Mapping[str, str] | None
 ) -> report.Parameter:
-    row = book.row_of(entry.address, program.settings)
+    row = book.row_of(entry.address, types)
     meaning, unit = (book.parameter_text(row[1], row[2]), row[2].unit) if row else ("", "")
     if isinstance(entry.raw, Wire):
         text, unit = f":= {entry.raw.text}", ""

@@ -569,9 +569,10 @@ def _gain_loops(context: AnyContext) -> Iterator[tuple[int, Any, Scales]]:
     """The loops with gains, their places and keys; of a NextoPID what its parameters hold in the first scan."""
     scales = SCALES[context.config.vendor]
     key = scales.limits[0].partition(".")[0]
+    views = {id(view.item): view for view in getattr(context, "pids", ())}
     for i, loop in enumerate(context.config.loops):
         if hasattr(loop, key):
-            view = next((view for view in getattr(context, "pids", ()) if view.item is loop), None)
+            view = views.get(id(loop))
             yield i, loop if view is None else _first_values(view, scales), scales
 
 

@@ -96,7 +96,7 @@ class LoopView(SwitchedView[Loop]):
         """A number in the output's unit."""
         return number_with_unit(value, self.loop.output.unit or "%")
 
-    @property
+    @cached_property
     def extents(self) -> tuple[Extent, ...]:
         """The registers of its three blocks."""
         return extents_of(self.loop, BLOCKS)
