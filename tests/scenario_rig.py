@@ -68,13 +68,13 @@ class Plc(BasePlc):
     signals: list[str] = field(default_factory=list)
     scales: list[tuple[float, float, int]] = field(default_factory=list)
     initial_modes: list[str] = field(default_factory=list)
-    flags: dict[str, int] = field(default_factory=lambda: {"V1": 0})
+    error_words: dict[str, int] = field(default_factory=lambda: {"V1": 0})
     running: bool = True
-    base: int = 1_000_000
+    base_ticks: int = 1_000_000
     out_name: str = "OUT"
     pulses: tuple[str, ...] = ()
     output_raises_pv: tuple[bool, ...] = (True,) * 8
-    word_of_flags: str = "0x{:04X}"
+    error_format: str = "0x{:04X}"
     modes: dict[str, int] = field(default_factory=lambda: dict(MODES))
     alarm_bits: dict[str, int] = field(default_factory=lambda: {"high": ALARM})
     flag_bits: dict[str, int] = field(default_factory=lambda: {"odd": FLAG})

@@ -88,7 +88,7 @@ def assert_samples_are_scenarios(name, text, others, samples):
     assert problems == []
     config = next(text for other, text in reader.items() if other != name).encode()
     kept, batch = workers.Job(name, text, loaded.config, config, 11, "python", DEFAULT).load_batch()
-    assert [one.random_row for one in batch.varies] == [one.random_row for one in varies]
+    assert [one.random_stream for one in batch.varies] == [one.random_stream for one in varies]
     reports = []
     for i in range(samples):
         seen, report = run_sample(kept, batch, i, Settings("python"))

@@ -211,7 +211,7 @@ def test_a_certification_that_nothing_is_expected_of_fails_where_the_configurati
     found = result([seen(0)], (None, None))
     assert found.passed
     assert Outcome("x", certification=found).passed
-    assert not Outcome("x", certification=found, unjudged=True).passed
+    assert not Outcome("x", certification=found, lacks_expectations=True).passed
     assert not Outcome("x").passed
 
 

@@ -351,7 +351,7 @@ def test_a_normal_number_has_its_mean_and_deviation():
 
 def test_limits_draw_again_from_the_same_row():
     wide, narrow = normal(8, 2), normal(8, 2, 7, 9)
-    rows = [[unit_number(1, i, wide.random_row, k) for k in range(100)] for i in range(300)]
+    rows = [[unit_number(1, i, wide.random_stream, k) for k in range(100)] for i in range(300)]
     inside = [next(v for v in (8 + 2 * NormalDist().inv_cdf(u) for u in row) if 7 <= v <= 9) for row in rows]
     assert [draw_number(narrow, 1, i) for i in range(300)] == inside
     assert any(draw_number(wide, 1, i) != inside[i] for i in range(300))

@@ -297,7 +297,7 @@ def test_results_stay_within_what_the_registers_hold():
 
     assert results["sample_rate"] == 0.1
     assert results["proportional_gain"] == 10000.0
-    assert rig.plc.flags == {"DS1": 0}
+    assert rig.plc.error_words == {"DS1": 0}
 
 
 @pytest.mark.parametrize(("moves", "told"), [(0.0, False), (0.002, False), (0.05, True), (-0.05, True)])

@@ -64,7 +64,7 @@ def test_a_wrong_register_is_its_error_and_keeps_the_loop_in_manual(number, regi
     rig = Rig(image=image, plants=[Fixed(50.0)], goals=True)
     rig.step(30)
 
-    assert rig.plc.flags == {"DS1": number}
+    assert rig.plc.error_words == {"DS1": number}
     assert rig.mode() == "manual"
     assert [text.split(":")[0] for _, text in rig.log] == [f"PID error {number}", "refused"]
     assert f"PID error {number}: " in rig.log[1][1]
@@ -76,7 +76,7 @@ def test_the_ends_of_what_a_register_may_hold_are_no_error(register, value):
     rig = Rig(image=poked(image_of({"mode": "auto"}), **{register: value}), goals=True)
     rig.step(5)
 
-    assert rig.plc.flags == {"DS1": 0}
+    assert rig.plc.error_words == {"DS1": 0}
     assert rig.log == []
     assert rig.mode() == "auto"
 
@@ -100,7 +100,7 @@ def test_crossed_set_point_limits_are_an_error_when_both_count(upper, low_on, hi
         setpoint_upper_enable=high_on,
     )
 
-    assert Rig(image=image).plc.flags == {"DS1": number}
+    assert Rig(image=image).plc.error_words == {"DS1": number}
 
 
 def test_an_unwritten_plc_shows_its_lowest_error_and_runs_as_far_as_it_can():
@@ -109,7 +109,7 @@ def test_an_unwritten_plc_shows_its_lowest_error_and_runs_as_far_as_it_can():
     rig = Rig(image=blank, plants=[Fixed(7.5)])
     rig.auto().step(3)
 
-    assert rig.plc.flags == {"DS1": 10}
+    assert rig.plc.error_words == {"DS1": 10}
     assert (rig.mode(), rig.signal_values[rig.configs[0].pv_slot]) == ("manual", 7.5)
     assert rig.plc.periods == [100_000]
 
@@ -128,7 +128,7 @@ def test_errors_come_and_go_and_the_lowest_shows():
     ):
         rig.set(key, value)
         rig.step()
-        seen.append((rig.plc.flags["DS1"], rig.mode(), rig.out()))
+        seen.append((rig.plc.error_words["DS1"], rig.mode(), rig.out()))
 
     assert [number for number, _, _ in seen] == [27, 27, 10, 27, 28, 0]
     assert {(mode, value) for _, mode, value in seen} == {("manual", out)}
@@ -147,10 +147,10 @@ def test_errors_come_and_go_and_the_lowest_shows():
 def test_a_bias_that_is_no_number_comes_from_an_output_that_is_none():
     """No error stands for the output, but the transfer makes it the bias."""
     rig = Rig(image=poked(image_of({}), output=math.nan))
-    assert rig.plc.flags == {"DS1": 0}
+    assert rig.plc.error_words == {"DS1": 0}
     rig.auto().step(2)
 
-    assert rig.plc.flags == {"DS1": 25}
+    assert rig.plc.error_words == {"DS1": 25}
     assert rig.mode() == "manual"
     assert rig.log == [("L1", "to Manual: PID error 25: bias is not a number (DFn+04)")]
     rig.set("output", 10)

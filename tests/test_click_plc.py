@@ -121,7 +121,7 @@ def test_names_signals_and_scales():
     ]
     assert plc.initial_modes == ["auto", "manual"]
     assert [scale[:2] for scale in plc.scales] == [(0.0, 100.0)] * 2
-    assert plc.flags == {"DS1": 0, "DS16": 0}
+    assert plc.error_words == {"DS1": 0, "DS16": 0}
     assert tuple(plc.modes) == ("manual", "auto", "autotune")
     assert plc.scan_time(0.001) is None
 
@@ -140,13 +140,13 @@ def test_names_signals_and_scales():
 def test_the_base_step_divides_the_sample_rate_and_is_a_hundredth_of_the_pulses(rate, period, base):
     plc = load(image_of({"sample_rate": rate, "output": {"pwm": {"bit": "Y001", "period": period}}}))
 
-    assert plc.base == base
+    assert plc.base_ticks == base
     assert plc.configs[0].period % base == 0
 
 
 def test_the_base_step_without_pulses_is_the_greatest_common_one():
-    assert load(image_of({"sample_rate": "300 ms"}, {"sample_rate": "500 ms"})).base == 100_000
-    assert load(Image("click", ())).base == 1_000_000
+    assert load(image_of({"sample_rate": "300 ms"}, {"sample_rate": "500 ms"})).base_ticks == 100_000
+    assert load(Image("click", ())).base_ticks == 1_000_000
 
 
 def test_any_memory_can_be_run():
@@ -180,7 +180,7 @@ def test_any_memory_can_be_run():
         rig.step(20)
         assert all(math.isfinite(x) for x in rig.signal_values)
         assert rig.plc.scales[0][0] < rig.plc.scales[0][1]
-        seen |= set(rig.plc.flags.values())
+        seen |= set(rig.plc.error_words.values())
     assert len(seen) > 8
 
 

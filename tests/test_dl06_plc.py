@@ -182,7 +182,7 @@ def test_a_new_sample_rate_is_known_beforehand(key, value, ticks):
 
 
 def test_the_base_step_is_the_greatest_common_one():
-    assert plc({"sample_rate": 0.2}, {"sample_rate": 0.5}).base == 100_000
+    assert plc({"sample_rate": 0.2}, {"sample_rate": 0.5}).base_ticks == 100_000
 
 
 # --- the set-up ------------------------------------------------------------------------------------------------------
@@ -202,7 +202,7 @@ def test_flags_stop_the_loop_task(given, flags):
     machine = plc({"mode": "auto"}, **given)
     _, said = play(machine, 5, [10.0])
 
-    assert machine.flags == {"V7642": flags}
+    assert machine.error_words == {"V7642": flags}
     assert machine.running is (flags == 0)
     assert mode(machine) == ("auto" if flags == 0 else "manual")
     assert said == []
@@ -211,14 +211,14 @@ def test_flags_stop_the_loop_task(given, flags):
 def test_a_scenario_can_override_the_number_of_loops():
     machine = plc({}, options=Options(number_of_loops=9))
 
-    assert machine.flags == {"V7642": 4}
+    assert machine.error_words == {"V7642": 4}
 
 
 def test_no_loops_turn_the_task_off_without_a_flag():
     machine = plc({"mode": "auto"}, number_of_loops=0)
     play(machine, 3, [0.0])
 
-    assert (machine.running, machine.flags, mode(machine)) == (False, {"V7642": 0}, "manual")
+    assert (machine.running, machine.error_words, mode(machine)) == (False, {"V7642": 0}, "manual")
 
 
 def test_loops_beyond_the_count_do_not_run():
@@ -260,7 +260,7 @@ def test_a_table_on_top_of_the_set_up_words_is_survived():
     machine = load(image)
     play(machine, 5, [1.0])
 
-    assert machine.flags == {"V7642": 1}
+    assert machine.error_words == {"V7642": 1}
 
 
 # --- modes and the start ---------------------------------------------------------------------------------------------

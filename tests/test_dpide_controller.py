@@ -82,7 +82,7 @@ def test_cycle_counts_as_1_to_40000_ms(cycle, ticks):
 def test_an_interrupt_task_has_its_own_sampling_time():
     plc = load(program_of({"CYCLE": 100}, {"CYCLE": 3000}, plc={"interrupt_task": 20}))
 
-    assert (plc.periods, plc.base) == ([20_000, 20_000], 20_000)
+    assert (plc.periods, plc.base_ticks) == ([20_000, 20_000], 20_000)
     assert plc.states[0].sampling_time == single(0.02)
     assert plc.new_period(0, ("CYCLE",), 500) == 0
     effect = plc.set(0, ("CYCLE",), 500, plc.signal_values)

@@ -141,7 +141,7 @@ def test_names_signals_and_scales():
     assert plc.scales == [(20.0, 400.0, 1 << 20)] * 2
     assert plc.output_raises_pv == [True, False]
     assert tuple(plc.modes) == ("manual", "auto", "autotune", "off")
-    assert (plc.flags, plc.problems, plc.scan_time(0.001)) == ({}, [], None)
+    assert (plc.error_words, plc.problems, plc.scan_time(0.001)) == ({}, [], None)
 
 
 @pytest.mark.parametrize(("sv", "scale"), [(0.5, (0.0, 1.0)), (80, (0.0, 80.0)), (-40, (-40.0, 1.0))])
@@ -150,8 +150,8 @@ def test_without_a_range_the_scale_holds_sv(sv, scale):
 
 
 def test_the_base_step_is_the_greatest_common_one():
-    assert load(program_of({"CYCLE": 300}, {"CYCLE": 500})).base == 100_000
-    assert load(Program("dpide", ())).base == 1_000_000
+    assert load(program_of({"CYCLE": 300}, {"CYCLE": 500})).base_ticks == 100_000
+    assert load(Program("dpide", ())).base_ticks == 1_000_000
 
 
 def test_an_operand_that_a_listing_lacks_is_false_or_0_but_for_pid_run():

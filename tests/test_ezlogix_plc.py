@@ -153,8 +153,8 @@ def test_the_image_says_which_loops_there_are():
 def test_what_the_runner_asks():
     machine = plc({"sample_rate": 0.2}, {"sample_rate": 0.5})
 
-    assert (machine.base, machine.periods) == (100_000, [200_000, 500_000])
-    assert (machine.running, machine.flags, machine.alarm_bits, machine.aux_bits) == (True, {}, {}, {})
+    assert (machine.base_ticks, machine.periods) == (100_000, [200_000, 500_000])
+    assert (machine.running, machine.error_words, machine.alarm_bits, machine.aux_bits) == (True, {}, {}, {})
     assert (machine.out_name, tuple(machine.modes), machine.options) == ("CV", ("manual", "auto"), ())
     assert machine.commands == {"ramp_soak": (), "autotune": ("start", "cancel"), "plc": ("stop", "run")}
     assert (machine.pulses, machine.output_raises_pv) == (("O",), [True, True])

@@ -907,7 +907,7 @@ def test_every_slip_is_one(vendor):
 )
 def test_another_key_is_written_as_the_one_beside_it(text, put, line_end):
     document = read_document(text.replace("\n", line_end).encode(), "a.yaml")
-    target = _KeyPlace.of(document, ("a", "b"))
+    target = _KeyPlace.find(document, ("a", "b"))
     place, rest = target.end_span(document), document.lines
     at = sum(len(line) + len(line_end) for line in rest[: place.line - 1]) + place.column - 1
     whole = text.replace("\n", line_end)

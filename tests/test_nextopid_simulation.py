@@ -349,7 +349,7 @@ def cycles(plc, slot, values, shown):
     signal_values, found = list(plc.signal_values), []
     for n, value in enumerate(values):
         signal_values[slot] = value
-        controller.scan(n * plc.base, plc.configs, plc.states, plc.aux, signal_values)
+        controller.scan(n * plc.base_ticks, plc.configs, plc.states, plc.aux, signal_values)
         found.append(signal_values[plc.layout.numbers[shown]])
     return found
 

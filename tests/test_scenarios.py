@@ -97,11 +97,11 @@ def test_unknown_keys_are_refused():
 
 
 def test_the_base_step_is_given_or_the_scan_time_or_what_fits_all_sample_rates():
-    plc = Controller.load(base=200_000)
+    plc = Controller.load(base_ticks=200_000)
     assert base_step(scenario(""), plc) == 200_000
     assert base_step(scenario("", step="50 ms"), plc) == 50_000
     assert base_step(scenario("plc: {scan_time: 0.01}\n"), plc) == 10_000
-    stopped = Controller.load(base=0, running=False)
+    stopped = Controller.load(base_ticks=0, running=False)
     assert base_step(scenario(""), stopped) == 1_000_000
 
 
@@ -120,7 +120,7 @@ def test_a_sample_rate_that_is_no_multiple_of_the_step_is_said():
 
 
 def test_a_set_up_that_the_scenario_spoils_points_at_its_line():
-    plc = Controller.load(flags={"V1": 4})
+    plc = Controller.load(error_words={"V1": 4})
     found = prepare_network(scenario(WIRED + "plc: {number_of_loops: 9}\n"), plc).problems
     assert [(p.path, p.severity) for p in found] == [(("plc", "number_of_loops"), "warning")]
     assert "V1 = 0x0004" in found[0].message
@@ -352,7 +352,7 @@ def test_an_event_of_no_or_two_actions_is_marked_at_its_beginning(event):
 @pytest.mark.parametrize(("flag", "count", "told"), [(0, 2, False), (4, 9, True), (4, None, False)])
 def test_a_set_up_error_is_told_where_the_scenario_gives_the_number_of_loops(flag, count, told):
     plc = Controller.load()
-    plc.flags["V1"] = flag
+    plc.error_words["V1"] = flag
     option = "" if count is None else f"plc: {{number_of_loops: {count}}}\n"
 
     assert (

@@ -80,7 +80,7 @@ def test_a_loop_swings_with_another_that_switches_when_their_periods_are_the_sam
     plc = Facts(
         loops=["A", "B"],
         configs=[Facts(pv_slot=0), Facts(pv_slot=1)],
-        only_switches=lambda i: i == 1,
+        is_on_off=lambda i: i == 1,
         pulse_cycle=lambda _: 0.0,
         tuning_flags=(),
         flag_bits={},
@@ -102,8 +102,8 @@ def test_a_fault_of_one_loop_that_is_expected_excuses_its_cascade_and_one_of_the
     plc = Facts(
         loops=["A", "B", "C"],
         control_bits=2,
-        word_owners={},
-        flags={"V1": 4},
+        error_loops={},
+        error_words={"V1": 4},
         error_flags=("odd",),
         flag_bits={"odd": 16},
         masters=[-1, -1, 1],
@@ -196,7 +196,7 @@ def test_an_alarm_lasts_from_when_its_bit_comes_on_to_when_it_goes_off():
 
 
 def test_signals_that_follow_one_follow_through_others():
-    plc = Facts(flow=[(1, 2), (2, 3), (3, 2), (3, 4), (5, 6), (6, 4)])
+    plc = Facts(signal_links=[(1, 2), (2, 3), (3, 2), (3, 4), (5, 6), (6, 4)])
     assert {slot: _program_followers(plc, slot) for slot in (1, 3, 4, 5, 7)} == {
         1: {2, 3, 4},
         3: {2, 3, 4},
@@ -281,7 +281,7 @@ def evidence(early=3.0, late=3.0, *, least=0.1, pace=10.0, turn=10.0, integrates
         configs=CFG,
         loops=["A", "B"],
         inner_deviation=lambda _: given.get("inner"),
-        only_switches=lambda _: given.get("switches", False),
+        is_on_off=lambda _: given.get("switches", False),
         integrates=lambda *_: given.get("integral", True),
         dead_band=lambda *_: given.get("dead_band", 0.0),
         output_limits=lambda *_: (0.0, 100.0),

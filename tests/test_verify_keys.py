@@ -221,8 +221,8 @@ def counting():
     return SimpleNamespace(
         loops=("A", "B"),
         modes=("manual", "auto", "cascade"),
-        outputs=None,
-        base=TICKS // 2,
+        out_ranges=None,
+        base_ticks=TICKS // 2,
         signals=("A.PV", "A.SP", "A.OUT", "B.PV", "B.SP", "B.OUT"),
         scales=[(0.0, 100.0, 4095), (0.0, 7.0, 4095)],
         configs=[

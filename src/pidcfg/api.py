@@ -512,10 +512,10 @@ def simulate(
     if is_configuration(doc):
         from pidcfg.study.draft import simulate_draft
 
-        outcome = simulate_draft(doc, settings, record=record, reference_file=accepted_run, accept=accept)
+        outcome = simulate_draft(doc, settings, record=record, reference_file=accepted_run, accept_as=accept)
     else:
         outcome = simulate_document(
-            doc, settings, reader_of(files), record=record, reference_file=accepted_run, accept=accept
+            doc, settings, reader_of(files), record=record, reference_file=accepted_run, accept_as=accept
         )
     return SimulateResult(outcome, columns)
 

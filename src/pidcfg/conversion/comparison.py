@@ -334,22 +334,22 @@ class _LoopDifferences:
     """What was found of a loop."""
 
     differences: list[Difference] = field(default_factory=list)
-    operated: list[Difference] = field(default_factory=list)
-    live: list[str] = field(default_factory=list)
+    operator_differences: list[Difference] = field(default_factory=list)
+    live_keys: list[str] = field(default_factory=list)
     missing: list[str] = field(default_factory=list)
 
 
 class Comparison:
     """How two sides are compared.
 
-    ``find_fields``: the neutral fields that a key becomes, by which it is ranked; ``live``: whether words that the
-    PLC or the process writes count against a listing.
+    ``find_fields``: the neutral fields that a key becomes, by which it is ranked; ``with_live``: whether words that
+    the PLC or the process writes count against a listing.
     """
 
     def __init__(
-        self, before: Terms, after: Terms, find_fields: Callable[[str, str], Sequence[str]], *, live: bool = False
+        self, before: Terms, after: Terms, find_fields: Callable[[str, str], Sequence[str]], *, with_live: bool = False
     ) -> None:
-        self.before, self.after, self.find_fields, self.live = before, after, find_fields, live
+        self.before, self.after, self.find_fields, self.with_live = before, after, find_fields, with_live
         self.are_listings = (before.is_listing, after.is_listing)
 
     def rows(self) -> list[Compared]:
@@ -382,8 +382,8 @@ class Comparison:
             sort_by_risk(_without_repeats(rows.differences)),
             one.name if is_renamed else "",
             place,
-            sort_by_risk(rows.operated),
-            tuple(rows.live),
+            sort_by_risk(rows.operator_differences),
+            tuple(rows.live_keys),
             tuple(rows.missing),
         )
 
@@ -397,12 +397,12 @@ class Comparison:
             if item is not None and verdict == "missing":
                 rows.missing.append(item.key)
             elif item is not None and verdict == "live":
-                rows.live.append(item.key)
+                rows.live_keys.append(item.key)
             elif verdict != "same":
                 difference = self._make_difference(two.name, a or Item(key), b or Item(key))
                 if _is_off(key, one) and _is_off(key, two):
                     difference = replace(difference, risk="low", note=ALARM_OFF_NOTE)
-                (rows.operated if verdict == "operated" else rows.differences).append(difference)
+                (rows.operator_differences if verdict == "operated" else rows.differences).append(difference)
         return rows
 
     def _judge_key(self, owners: tuple[Owner, Owner], a: Item | None, b: Item | None) -> Verdict:
@@ -437,7 +437,7 @@ class Comparison:
         kinds = {item.kind for item in items}
         if "reserved" in kinds:
             return "differs" if all(self.are_listings) else "same"
-        if self.live or not any(self.are_listings):
+        if self.with_live or not any(self.are_listings):
             return "differs"
         if "live" in kinds or ("operated" in kinds and len(items) == 1):
             return "live"
@@ -452,7 +452,7 @@ class Comparison:
         writer, kinds = one.writer or two.writer, {one.kind, two.kind}
         if fault := one.fault or two.fault:
             note = f"no value: {fault.rpartition(': ')[2]}"
-        elif writer and any(self.are_listings) and (self.live or "operated" not in kinds):
+        elif writer and any(self.are_listings) and (self.with_live or "operated" not in kinds):
             writer_note = f"written by {writer}" if kinds & {"live", "operated"} else f"written by {writer}, too"
             note = "; ".join(part for part in (note, writer_note) if part)
         address = two.address or one.address

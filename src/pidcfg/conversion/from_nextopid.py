@@ -258,11 +258,11 @@ class Network:
 
     def owner_of(self, j: int) -> int:
         """The loop that a block works for: that reads it, however indirectly, or whose MV it reads; else the first."""
-        works_for = next((i for i in self.loops if j in self._reads[i]), None)
-        return min(self._reads[j].intersection(self.loops), default=self.first_loop) if works_for is None else works_for
+        reader = next((i for i in self.loops if j in self._sources[i]), None)
+        return min(self._sources[j].intersection(self.loops), default=self.first_loop) if reader is None else reader
 
     @cached_property
-    def _reads(self) -> list[set[int]]:
+    def _sources(self) -> list[set[int]]:
         """What each block and loop reads, however indirectly, up to the loops."""
         reads, loops = self.layout.read_blocks(self.wires), set(self.loops)
         return [blocks_read_by(i, reads, loops) for i in range(len(self.items))]

@@ -8,7 +8,7 @@ from functools import cache, wraps
 from inspect import signature
 from numbers import Real
 from pathlib import Path
-from reprlib import repr as short
+from reprlib import repr as shorten
 from typing import TYPE_CHECKING, ParamSpec, TypeGuard, TypeVar
 
 from pidcfg.text.reader import Files, Limits, source_data
@@ -259,7 +259,7 @@ def refuse_types(call: Callable[..., object], args: tuple[object, ...], kwargs: 
         is_kind, expected = ANNOTATION_KINDS[annotation.removesuffix(OPTIONAL_SUFFIX)]
         for argument in value if parameter.kind is parameter.VAR_POSITIONAL else (value,):
             if not is_kind(argument):
-                raise ArgumentTypeError(f"`{name}` is {short(argument)}; give {expected}", name)
+                raise ArgumentTypeError(f"`{name}` is {shorten(argument)}; give {expected}", name)
 
 
 # --- Several files of a call ------------------------------------------------------------------------------------------

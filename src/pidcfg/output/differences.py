@@ -393,7 +393,7 @@ def _compare_word_by_word(
         one, two = (raw_terms(read_listing(data, options.vendor, limits), options.vendor) for data, _ in entries)
     except ListingError:
         return None
-    rows = Comparison(one, two, lambda *_: (), live=True).rows()
+    rows = Comparison(one, two, lambda *_: (), with_live=True).rows()
     return DiffResult(*names, loops=tuple(rows), notes=(WORD_BY_WORD_NOTE,))
 
 
@@ -405,7 +405,7 @@ def _compare_within_vendor(first: Subject, second: Subject, *, live: bool) -> li
     def neutral_names(loop: str, key: str) -> list[str]:
         return [name for side in fields for name in neutral_fields(side, loop, key)]
 
-    return Comparison(before, after, neutral_names, live=live).rows()
+    return Comparison(before, after, neutral_names, with_live=live).rows()
 
 
 def _neutral_side(name: str, config: ConfigurationFile, vendor: Vendor) -> NeutralSide:

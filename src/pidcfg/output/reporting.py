@@ -99,7 +99,7 @@ def run_input(
         outcome.config,
         outcome.report,
         passed=outcome.passed,
-        unjudged=outcome.unjudged,
+        lacks_expectations=outcome.lacks_expectations,
         title=str((doc.data or {}).get("scenario") or ""),
         charts=charts_of(outcome) if outcome.recording is not None else (),
         units={loop: units_of(axes) for loop, axes in outcome.axes.items()},
@@ -112,7 +112,7 @@ def run_input(
 
 def processing_time(entry: ReadInput) -> float:
     """What a file has taken beside its reading, in µs."""
-    return entry.outcome.effort if isinstance(entry, RunInput) else 0.0
+    return entry.outcome.estimated_cost if isinstance(entry, RunInput) else 0.0
 
 
 def units_of(axes: Axes) -> Units:

@@ -475,7 +475,7 @@ class Trial:
 
     def __init__(self, plc: Plc, loop: str, conditions: LoopConditions, plant: Transfer, gains: Gains) -> None:
         self.plc, self.loop, self.index = plc, loop, plc.loops.index(loop)
-        output_scale = plc.outputs[self.index] if plc.outputs else (0.0, conditions.output_span)
+        output_scale = plc.out_ranges[self.index] if plc.out_ranges else (0.0, conditions.output_span)
         self.unit = conditions.output_span / abs(output_scale[1] - output_scale[0])
         self.plant = replace(plant, gain=plant.gain * self.unit)
         self.gains = replace(gains, gain=gains.gain / self.unit)

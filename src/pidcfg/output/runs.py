@@ -71,7 +71,7 @@ class SimulateResult:
     @property
     def accepted(self) -> str | None:
         """The file that this run was to be accepted as; None: it was not to be, or has failed."""
-        return self.outcome.accepted
+        return self.outcome.accepted_text
 
     @property
     def passed(self) -> bool:

@@ -206,7 +206,7 @@ class Draft:
 
 def _count_remarks(units: PlanUnits, loops: Sequence[Any]) -> list[str]:
     """Remarks on outputs in counts: those of a PLC that scales them, without a range."""
-    if not units.plc.outputs:
+    if not units.plc.out_ranges:
         return []
     plans = (p for p in units.plans.values() if not p.is_on_off and value_at(loops[p.i], ("output", "range")) is None)
     return [
@@ -360,7 +360,7 @@ def simulate_draft(
     *,
     record: bool = False,
     reference_file: tuple[bytes, str] | None = None,
-    accept: str | None = None,
+    accept_as: str | None = None,
 ) -> Outcome:
     """Runs a configuration with its drafted scenario; one with errors has its findings and no report."""
     checked = check_document(doc)
@@ -376,5 +376,5 @@ def simulate_draft(
     loaded = LoadedScenario(scenario, [], *read_scenario(scenario)[:1], config=doc.file, documents=documents)
     loaded.documents[scenario.file] = scenario
     loaded.vendor, loaded.image = checked.vendor, checked.encoding.image if checked.encoding else None
-    outcome = simulate_loaded(loaded, settings, record=record, reference_file=reference_file, accept=accept)
+    outcome = simulate_loaded(loaded, settings, record=record, reference_file=reference_file, accept_as=accept_as)
     return replace(outcome, file=doc.file)

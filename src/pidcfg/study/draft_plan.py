@@ -101,11 +101,11 @@ def find_connections(config: Any, plc: Plc) -> Connections:
     masters = {i: m for i, m in enumerate(plc.masters) if m >= 0 and plc.initial_modes[i] == "cascade"}
     empty = Scenario.model_validate({"pidcfg": 1, "scenario": "-", "config": "-", "duration": 1})
     net = prepare_network(empty, plc)
-    influence = Influence.of(empty, net, plc)
+    influence = Influence.build(empty, net, plc)
     name_of = {slot: name for name, slot in plc.inputs.items()}
     measured, given_signals = set(plc.pv_inputs.values()), {}
     for i in range(len(plc.loops)):
-        names = [name_of[slot] for slot in sorted(influence.set_points[i]) if slot in name_of]
+        names = [name_of[slot] for slot in sorted(influence.set_point_sources[i]) if slot in name_of]
         names = [name for name in names if "." not in name and name not in measured and input_step(plc, name)]
         if names and i not in masters:
             given_signals[i] = names[0]
@@ -286,7 +286,7 @@ def _plan_loop(plc: Plc, i: int, loop: Loop | None, connections: Connections, la
     """A loop by itself, ``lag`` s behind its slave; ``sign`` of its plant."""
     sample = plc.configs[i].period / TICKS
     name, selector = plc.loops[i], connections.selectors.get(i)
-    if plc.only_switches(i):
+    if plc.is_on_off(i):
         time = ON_OFF_SAMPLES * sample
         rest, is_set = _find_rest(plc, i, (0.1, 0.9))
         return LoopPlan(
@@ -309,7 +309,11 @@ def _plan_loop(plc: Plc, i: int, loop: Loop | None, connections: Connections, la
         length = max(WATCHED_TIME / crossover, 2 * float(loop.tuning.integral_time), 10 * sample)
     rest, is_set = _find_rest(plc, i, bounds, loop)
     low, high, _ = plc.scales[i]
-    dead_band = 0.0 if plc.roots and plc.roots[i] is not None else plc.dead_band(i, plc.signal_values) / abs(high - low)
+    dead_band = (
+        0.0
+        if plc.root_zeros and plc.root_zeros[i] is not None
+        else plc.dead_band(i, plc.signal_values) / abs(high - low)
+    )
     plan = LoopPlan(
         i, name, sample, sign * gain, time, length, rest, output, limits, crossover=crossover, integrates=integrates,
         needs_setpoint=is_set, selector=selector, neutral_loop=loop, dead_band=dead_band,
@@ -327,7 +331,7 @@ def _find_rest(plc: Plc, i: int, bounds: tuple[float, float], loop: Loop | None 
         share = float((loop.setpoint.value - bottom) / (top - bottom))
     else:
         share = (plc.given_set_point(i, plc.signal_values) - low) / (high - low)
-        share = max(share, 0.0) ** 0.5 if plc.roots and plc.roots[i] is not None else share
+        share = max(share, 0.0) ** 0.5 if plc.root_zeros and plc.root_zeros[i] is not None else share
     return (share, False) if bounds[0] <= share <= bounds[1] else ((bounds[0] + bounds[1]) / 2, True)
 
 
@@ -491,7 +495,7 @@ class PlanUnits:
 
     def is_rooted(self, plan: LoopPlan) -> bool:
         """Whether the loop takes the root of its PV."""
-        return bool(self.plc.roots) and self.plc.roots[plan.i] is not None
+        return bool(self.plc.root_zeros) and self.plc.root_zeros[plan.i] is not None
 
     def plant_name(self, plan: LoopPlan) -> str:
         """The name of a loop's plant: the loop's own, unless its signal has to be wired to the PV."""
@@ -511,7 +515,7 @@ class PlanUnits:
 def make_draft(units: PlanUnits, size: float = 1.0, *, steady: bool = True, length: int = 1) -> DraftParts:
     """The course with steps and disturbances of so much of their planned size, ``length`` times as long as planned."""
     plans = list(units.plans.values())
-    base = units.plc.base / TICKS
+    base = units.plc.base_ticks / TICKS
     half = round_up_time(length * max((plan.watched_time for plan in plans), default=10 * base))
     max_half = MAX_LOOP_STEPS * base / max(len(plans), 1) / 2
     draft = DraftParts(0.0)

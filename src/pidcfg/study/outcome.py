@@ -257,16 +257,16 @@ class Outcome:
     """Names and units of each loop's signals."""
     reference: str = ""
     """The file of the accepted run that it was held against."""
-    accepted: str | None = None
+    accepted_text: str | None = None
     """The text of the file that it was to be accepted as; None: it was not, or has failed."""
 
     @property
-    def unjudged(self) -> bool:
+    def lacks_expectations(self) -> bool:
         """Whether a configuration with errors ran and nothing was expected of it."""
         return self.config_errors and self.report is not None and not self.report.expectations
 
     @property
-    def effort(self) -> float:
+    def estimated_cost(self) -> float:
         """What the run has taken, in µs by a count of its loop-steps; compiled ones are next to nothing."""
         report = self.report
         return 0.0 if report is None or report.engine != "python" else report.steps * len(report.loops) * LOOP_COST
@@ -274,7 +274,7 @@ class Outcome:
     @property
     def passed(self) -> bool:
         """Whether it ran and everything expected of it holds."""
-        return self.report is not None and self.report.passed and not self.unjudged
+        return self.report is not None and self.report.passed and not self.lacks_expectations
 
 
 def simulate_document(
@@ -284,12 +284,12 @@ def simulate_document(
     *,
     record: bool = False,
     reference_file: tuple[bytes, str] | None = None,
-    accept: str | None = None,
+    accept_as: str | None = None,
 ) -> Outcome:
     """Runs one scenario file; ``record``: with the trend of its loops, for `pidcfg.study.outcome.charts_of`.
 
-    ``reference_file``: an accepted run, its content and name, in the place of the scenario's ``reference``. ``accept``:
-    the name of the file that this run is to be accepted as, which takes the place of either.
+    ``reference_file``: an accepted run, its content and name, in the place of the scenario's ``reference``.
+    ``accept_as``: the name of the file that this run is to be accepted as, which takes the place of either.
     """
     from pidcfg.study.scenario import load_scenario
     from pidcfg.validate.engine import is_scenario
@@ -299,7 +299,7 @@ def simulate_document(
         finding = Diagnostic("PID032", Severity.ERROR, "the file is no scenario", doc.file, help=cure)
         return Outcome(doc.file, findings=[finding], documents={doc.file: doc})
     return simulate_loaded(
-        load_scenario(doc, reader), settings, record=record, reference_file=reference_file, accept=accept
+        load_scenario(doc, reader), settings, record=record, reference_file=reference_file, accept_as=accept_as
     )
 
 
@@ -309,7 +309,7 @@ def simulate_loaded(
     *,
     record: bool = False,
     reference_file: tuple[bytes, str] | None = None,
-    accept: str | None = None,
+    accept_as: str | None = None,
 ) -> Outcome:
     """Runs a scenario with everything that it needs, as far as that could be loaded; see `simulate_document`."""
     from pidcfg.sim.engine.recording import Recording
@@ -322,7 +322,7 @@ def simulate_loaded(
     _, problems = loaded.uncertainties(plc)
     loaded.add_problems(problems)
     scenario, reference = loaded.scenario, None
-    if accept is None and (reference_file is not None or scenario.reference is not None):
+    if accept_as is None and (reference_file is not None or scenario.reference is not None):
         from pidcfg.study.accepted import reference_of
 
         reference = reference_of(loaded.document, scenario, plc.loops, loaded.reader, reference_file)
@@ -347,14 +347,14 @@ def simulate_loaded(
         recording=recording,
         axes=axes,
     )
-    if reference is None and accept is None:
+    if reference is None and accept_as is None:
         return outcome
     from pidcfg.study.accepted import accepted_text, compare_with_accepted, run_of_report
 
     now = run_of_report(report, axes, scenario)
     was = now if reference is None or reference.run is None else reference.run
-    compare_with_accepted(report, was, now, outcome.reference or str(accept))
-    return replace(outcome, accepted=accepted_text(now)) if accept is not None and outcome.passed else outcome
+    compare_with_accepted(report, was, now, outcome.reference or str(accept_as))
+    return replace(outcome, accepted_text=accepted_text(now)) if accept_as is not None and outcome.passed else outcome
 
 
 # --- Charts of two runs of the same loops laid over each other: as it was, and as it is now ---------------------------

@@ -74,7 +74,7 @@ class Uncertainty:
     """Its word takes whole numbers alone."""
 
     @property
-    def random_row(self) -> str:
+    def random_stream(self) -> str:
         """What its random numbers hang on: neither the place in the file nor the other ones."""
         return f"{self.section}.{self.name}.{self.key}"
 
@@ -157,14 +157,16 @@ def _vary_entries(scenario: Scenario, plc: Plc, config: Document | None) -> Iter
 def vary_plant(name: str, key: str, spread: Spread, plant: Plant) -> Uncertainty:
     """A number of a plant; a `VaryError` says why it cannot vary so."""
     base = key.partition(".")[0]
-    own = [k for k in OWN_KEYS if getattr(plant, k) is not None and any(k in keys for keys in MODEL_KEYS[plant.model])]
-    own = [
+    numbers = [
+        k for k in OWN_KEYS if getattr(plant, k) is not None and any(k in row for row in MODEL_KEYS[plant.model])
+    ]
+    numbers = [
         k
-        for text_part in own
+        for text_part in numbers
         for k in ((f"{text_part}.0", f"{text_part}.1") if text_part == "time_constants" else (text_part,))
     ]
-    if key not in (*PLANT_NUMBERS, *own):
-        near = unknown_name((), f"number of {name} that can vary", key, [*PLANT_NUMBERS, *own])
+    if key not in (*PLANT_NUMBERS, *numbers):
+        near = unknown_name((), f"number of {name} that can vary", key, [*PLANT_NUMBERS, *numbers])
         raise VaryError(near.message, near.help)
     written = [
         text_part for text_part in (*spread.pair, *(spread.limits or ())) if text_part.unit and spread.kind != "share"
@@ -195,7 +197,7 @@ def vary_plant(name: str, key: str, spread: Spread, plant: Plant) -> Uncertainty
 
 def vary_loop(name: str, key: str, spread: Spread, plc: Plc, config: Document | None) -> Uncertainty:
     """A key of a loop that ``set`` may change; a `VaryError` says why it cannot vary so."""
-    unknown_key = _refused_value(Uncertainty("loops", name, key, "", NumberSpread()), 1.0, plc)
+    unknown_key = _value_error(Uncertainty("loops", name, key, "", NumberSpread()), 1.0, plc)
     if unknown_key is not None and unknown_key.type == "set_key":
         raise VaryError(unknown_key.message(), (unknown_key.context or {}).get("help"))
     file_number = file_value(name, key, plc, config) if spread.kind == "share" else None
@@ -205,19 +207,16 @@ def vary_loop(name: str, key: str, spread: Spread, plc: Plc, config: Document | 
     test_values = [ends.mean] if ends.sigma is not None and ends.low == -inf else [ends.low, ends.high]
     middle = (test_values[0] + test_values[-1]) / 2
     fraction = middle // 1 + HALF
-    if (
-        _refused_value(uncertainty, fraction, plc) is not None
-        and _refused_value(uncertainty, fraction - HALF, plc) is None
-    ):
+    if _value_error(uncertainty, fraction, plc) is not None and _value_error(uncertainty, fraction - HALF, plc) is None:
         uncertainty = Uncertainty("loops", name, key, str(spread), ends, unit, is_integer=True)
     for value in test_values:
-        error = _refused_value(uncertainty, value, plc)
+        error = _value_error(uncertainty, value, plc)
         if error is not None:
             raise VaryError(f"{uncertainty.number_text(value)}: {error.message()}", (error.context or {}).get("help"))
     return uncertainty
 
 
-def _refused_value(uncertainty: Uncertainty, value: float, plc: Plc) -> PydanticCustomError | None:
+def _value_error(uncertainty: Uncertainty, value: float, plc: Plc) -> PydanticCustomError | None:
     """What the controller has against a value."""
     try:
         plc.check_set(

@@ -322,16 +322,16 @@ def with_values(data: bytes, doc: Document, values: Mapping[Path, str], predeces
     added_texts: dict[Path, str] = {}
     for path, text in values.items():
         if has_key(doc.data, path):
-            place = _KeyPlace.of(doc, path)
+            place = _KeyPlace.find(doc, path)
             quote = place.quote if " " in text else ""
             edits.append(Edit(place.value, f"{quote}{text}{quote}"))
             set_value(expected, path, text if quote else Plain(text))
         else:
             neighbour = predecessors[path]
-            sibling = _KeyPlace.of(doc, neighbour).sibling_text(doc, str(path[-1]), text)
+            sibling = _KeyPlace.find(doc, neighbour).sibling_text(doc, str(path[-1]), text)
             added_texts[neighbour] = added_texts.get(neighbour, "") + sibling
             set_value(expected, path, Plain(text))
-    edits += [Edit(_KeyPlace.of(doc, key).end_span(doc), text) for key, text in added_texts.items()]
+    edits += [Edit(_KeyPlace.find(doc, key).end_span(doc), text) for key, text in added_texts.items()]
     byte_order_mark = BOM if data.startswith(BOM) else b""
     new_data = byte_order_mark + apply_edits(doc.text, edits).encode()
     new = read_document(new_data, doc.file)
@@ -363,7 +363,7 @@ class _KeyPlace:
     in_braces: bool
 
     @classmethod
-    def of(cls, doc: Document, path: Path) -> _KeyPlace:
+    def find(cls, doc: Document, path: Path) -> _KeyPlace:
         """The place of a key that is in the file."""
         node, in_braces, key = doc.root, False, None
         for step in path:

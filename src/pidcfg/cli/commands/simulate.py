@@ -230,7 +230,7 @@ def run_all(
     LINE.update(f"simulating {Path(scenarios[0].file).name}" if scenarios else "simulating")
     items = [doc if doc.file == name_of(STDIN) else doc.file for doc in scenarios]
     for result in WorkerPool(jobs, Runner, (arguments,)).adaptive_results(
-        items, lambda result: result.outcome.effort, make_runner
+        items, lambda result: result.outcome.estimated_cost, make_runner
     ):
         note_read(result.outcome.config)
         note_read(result.outcome.reference)
@@ -285,7 +285,7 @@ def accepted_file(name: str | None, outcomes: Sequence[Outcome], *, force: bool)
     from pidcfg.cli.outputs import read_existing
     from pidcfg.output.runs import accepted_difference
 
-    text, before = outcomes[0].accepted, None if force else read_existing(name)
+    text, before = outcomes[0].accepted_text, None if force else read_existing(name)
     if text is None:
         write_remark(f"{name} is not written: the run has failed")
         return {}

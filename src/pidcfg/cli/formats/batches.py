@@ -174,7 +174,7 @@ def _worst_table(file: str, batch: Certification, sample_files: Mapping[tuple[st
 
 def batch_verdict_line(outcome: BatchOutcome, batch: Certification) -> str:
     """How a batch went, in one line."""
-    if outcome.unjudged:
+    if outcome.lacks_expectations:
         return f"{FAILED}: the configuration has errors, and nothing is expected of the runs"
     failed, total = sum(share.failed for share in batch.expectations), len(batch.expectations)
     not_proven, checked = sum(not share.passed for share in batch.expectations) - failed, len(batch.standing)
@@ -204,7 +204,7 @@ def _junit_cases(outcome: BatchOutcome) -> Iterator[TestCase]:
     if batch is None:
         yield TestCase("the samples run", errors=tuple(failure_entry(d) for d in errors))
         return
-    failures = tuple(failure_entry(d) for d in errors) if outcome.unjudged else ()
+    failures = tuple(failure_entry(d) for d in errors) if outcome.lacks_expectations else ()
     if batch.failed_to_run:
         message = f"{batch.failed_to_run:,} of {batch.samples:,} samples cannot run"
         failures += (("error PID062", message, "\n".join(batch.reasons)),)

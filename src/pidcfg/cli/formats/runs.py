@@ -277,7 +277,7 @@ def run_verdict_line(outcome: Outcome, report: Report) -> str:
         line += f" ({total} of {total} expectations passed)" if total else ""
     elif errors:
         line = f"FAILED: an error in the run ({total} of {total} expectations passed)"
-    if outcome.unjudged:
+    if outcome.lacks_expectations:
         line = "FAILED: the configuration has errors, and nothing is expected of the run"
     return line
 
@@ -439,7 +439,7 @@ def _soundness_case(outcome: Outcome, failing_severity: Severity) -> TestCase:
     """Fails as the run does: on errors of the scenario, and on those of its configuration when nothing is expected."""
 
     def fails_run(d: Diagnostic) -> bool:
-        judged = d.file == outcome.file or outcome.unjudged or failing_severity < Severity.ERROR
+        judged = d.file == outcome.file or outcome.lacks_expectations or failing_severity < Severity.ERROR
         return judged and d.severity >= failing_severity
 
     diagnostics = [*outcome.findings, *run_errors(outcome)]

@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass, field
 from functools import cache
 from itertools import islice
-from pathlib import Path as Place
+from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any
 
 from lsprotocol import types
@@ -119,31 +119,31 @@ def _take_flow(frames: list[_Frame], row: str) -> str:
     """Takes text in brackets, up to its end; what is left is the word that has begun."""
     offset, word = 0, ""
     while offset < len(row):
-        sign = row[offset]
-        if sign in "\"'" and not word.strip():
-            end = row.find(sign, offset + 1)
+        char = row[offset]
+        if char in "\"'" and not word.strip():
+            end = row.find(char, offset + 1)
             offset, word = (len(row), row[offset:]) if end < 0 else (end + 1, row[offset : end + 1])
             continue
-        if sign == "#" and (not offset or row[offset - 1] == " "):
+        if char == "#" and (not offset or row[offset - 1] == " "):
             return ""
-        if sign in CLOSING_BRACKETS:
-            frames.append(_Frame(-1, sign == "["))
-            frames[-1].step = 0 if sign == "[" else None
+        if char in CLOSING_BRACKETS:
+            frames.append(_Frame(-1, char == "["))
+            frames[-1].step = 0 if char == "[" else None
             word = ""
-        elif sign in "]}" and frames and frames[-1].is_flow:
+        elif char in "]}" and frames and frames[-1].is_flow:
             frames.pop()
             word = ""
             if not (frames and frames[-1].is_flow):
                 return ""
-        elif sign == ",":
+        elif char == ",":
             frame = frames[-1] if frames else _Frame(-1, is_list=False)
             frame.step = frame.step + 1 if isinstance(frame.step, int) else None
             word = ""
-        elif sign == ":" and row[offset + 1 : offset + 2] in {"", " "} and frames and not frames[-1].is_list:
+        elif char == ":" and row[offset + 1 : offset + 2] in {"", " "} and frames and not frames[-1].is_list:
             frames[-1].begin_key(word.strip().strip("'\""))
             word = ""
         else:
-            word += sign
+            word += char
         offset += 1
     return word.lstrip()
 
@@ -368,7 +368,7 @@ MAX_FILES = 200
 
 def _sibling_files(file: str) -> list[str]:
     """The YAML files in the folder of a scenario, as far as one wants to look through; no scenario runs another."""
-    paths = Place(file).parent.glob("*.y*ml") if Place(file).is_absolute() else ()
+    paths = FilePath(file).parent.glob("*.y*ml") if FilePath(file).is_absolute() else ()
     return sorted(path.name for path in islice(paths, MAX_FILES) if ".scenario." not in path.name)
 
 

@@ -378,10 +378,10 @@ CPU = Cpu(
 
 SOURCES = DL06.cite("Data Sources")
 TUNE = DL06.cite("Open-Loop Auto Tuning, Closed-Loop Auto Tuning")
-RUNS = DL06.cite("Loop Modes")
+LOOP_MODES = DL06.cite("Loop Modes")
 WRITERS = (
     Writer("pv", "live", "the ladder program, or the PLC by auto transfer (+36)", SOURCES),
-    Writer("output", "live", "the PLC in Automatic and Cascade; in Manual the operator or the program", RUNS),
+    Writer("output", "live", "the PLC in Automatic and Cascade; in Manual the operator or the program", LOOP_MODES),
     Writer(
         "bias",
         "live",
@@ -406,7 +406,7 @@ WRITERS = (
 
 ERROR_FLAGS_BASIS = DL06.cite("PID Error Flags, V7642")
 MODES = DL06.cite("Mode / Alarm Monitoring Word (Addr + 06)")
-TROUBLE = DL06.cite("Troubleshooting Tips")
+TROUBLE_TIPS = DL06.cite("Troubleshooting Tips")
 ALARM_ERROR = DL06.cite("Alarm Programming Error")
 TUNING = DL06.cite("Auto Tuning error")
 RAMP_ERRORS = DL06.cite("Ramp/Soak Table Programming Error Flags (Addr + 35)")
@@ -449,7 +449,7 @@ BIT_MEANINGS = {
 
     ("mode_setting_1", 0): Meaning("Asks for Manual: the output then stays where it is put.", REQUEST_ADVICE, (), D04),
     ("mode_setting_1", 1): Meaning("Asks for Automatic. Refused while a PV alarm or the alarm programming error is on, "
-                                   "or while the minor loop of a cascade is not in Cascade.", REQUEST_ADVICE, (), TROUBLE),
+                                   "or while the minor loop of a cascade is not in Cascade.", REQUEST_ADVICE, (), TROUBLE_TIPS),
     ("mode_setting_1", 2): Meaning("Asks for Cascade: the set point then comes from the word that +32 points at.",
                                    REQUEST_ADVICE, (), D04),
     ("mode_setting_2", 7): Meaning("Starts the auto-tune: it takes the output over and moves the plant. Off again when "
@@ -460,15 +460,15 @@ BIT_MEANINGS = {
     ("mode_and_alarm_status", 0): Meaning(
         "The loop is in Manual: it does not control, the output (+05) stands where the operator or the program puts it.",
         "To control, set bit 1 of +00 for a moment. If the loop stays in Manual, look at bits 3 to 6 and 10, "
-        "and, of a major loop, whether its minor loop is in Cascade.", (), TROUBLE),
+        "and, of a major loop, whether its minor loop is in Cascade.", (), TROUBLE_TIPS),
     ("mode_and_alarm_status", 1): Meaning(
         "The loop is in Automatic: it works the output (+05) out from its own set point (+02) and the PV (+03).", "", (), MODES),
     ("mode_and_alarm_status", 2): Meaning(
         "The loop is in Cascade: its set point is the word that +32 points at, the output of another loop.", "", (), MODES),
-    ("mode_and_alarm_status", 3): Meaning(f"The PV is below the low-low limit in +13. {PV_ALARM_TEXT}", PV_ALARM_ADVICE, ("DL248",), TROUBLE),
-    ("mode_and_alarm_status", 4): Meaning(f"The PV is below the low limit in +14. {PV_ALARM_TEXT}", PV_ALARM_ADVICE, ("DL248",), TROUBLE),
-    ("mode_and_alarm_status", 5): Meaning(f"The PV is above the high limit in +15. {PV_ALARM_TEXT}", PV_ALARM_ADVICE, ("DL248",), TROUBLE),
-    ("mode_and_alarm_status", 6): Meaning(f"The PV is above the high-high limit in +16. {PV_ALARM_TEXT}", PV_ALARM_ADVICE, ("DL248",), TROUBLE),
+    ("mode_and_alarm_status", 3): Meaning(f"The PV is below the low-low limit in +13. {PV_ALARM_TEXT}", PV_ALARM_ADVICE, ("DL248",), TROUBLE_TIPS),
+    ("mode_and_alarm_status", 4): Meaning(f"The PV is below the low limit in +14. {PV_ALARM_TEXT}", PV_ALARM_ADVICE, ("DL248",), TROUBLE_TIPS),
+    ("mode_and_alarm_status", 5): Meaning(f"The PV is above the high limit in +15. {PV_ALARM_TEXT}", PV_ALARM_ADVICE, ("DL248",), TROUBLE_TIPS),
+    ("mode_and_alarm_status", 6): Meaning(f"The PV is above the high-high limit in +16. {PV_ALARM_TEXT}", PV_ALARM_ADVICE, ("DL248",), TROUBLE_TIPS),
     ("mode_and_alarm_status", 7): Meaning(
         "The PV is further from the set point than the yellow limit in +17.",
         "Normal for a while after a change of the set point; else look at the output, the actuator and the load.", (), MODES),
@@ -502,7 +502,7 @@ BIT_MEANINGS = {
 
     ("ramp_soak_flags", 0): Meaning(f"Asks for start (1), hold (2), resume (4) or jog to the next segment (8) of the "
                                     f"profile. {SEGMENT_ADVICE}", "Set one of bits 0 to 3 for a moment. The generator "
-                                    "must be on (bit 11 of +00), and the loop not in Cascade.", ("DL281",), TROUBLE),
+                                    "must be on (bit 11 of +00), and the loop not in Cascade.", ("DL281",), TROUBLE_TIPS),
     ("ramp_soak_flags", 4): Meaning("The profile has run to its end; the set point stays at its last value.", "", (), FLAGS),
     ("ramp_soak_flags", 5): Meaning("The PV is further from the set point of the profile than the deviation of its soak "
                                     "segment allows.", "Look whether the plant can follow: output at a limit, slope too steep.", (), FLAGS),
@@ -534,7 +534,7 @@ WORD_MEANINGS = {
         "although the plant moves: the program does not write it here.",
         "",
         (),
-        TROUBLE,
+        TROUBLE_TIPS,
     ),
     "bias": Meaning(
         "The integral: the part of the output that holds the set point at rest. Somebody else may write it "
@@ -547,7 +547,7 @@ WORD_MEANINGS = {
         "direction (bit 4 of +00) fits the process. Never change bit 4 before a small step of the output in "
         "Manual has shown which way the PV goes: the wrong direction is a runaway.",
         ("DL226",),
-        TROUBLE,
+        TROUBLE_TIPS,
     ),
     "mode_and_alarm_status": Meaning(
         "Tells the mode and the alarms of one loop; the CPU writes it at each calculation, nobody else should.",

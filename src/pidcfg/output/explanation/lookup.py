@@ -441,7 +441,7 @@ def example_forms(vendors: Iterable[str]) -> list[tuple[str, str, str]]:
 
 
 def explain_things(
-    things: Sequence[str], vendor: str | None, blocks: tuple[str, ...], checked: Checked | None, *, loop: bool
+    queries: Sequence[str], vendor: str | None, blocks: tuple[str, ...], checked: Checked | None, *, loop: bool
 ) -> ExplainResult:
     """Every reading of every thing, or of all as one text; with a configuration, in its vendor's terms."""
     document = config = family = None
@@ -453,11 +453,11 @@ def explain_things(
         if vendor not in {None, family}:
             raise ArgumentError(f"`config` is of vendor {family}, not {vendor}", "config")
     vendors = list(VENDORS) if (key := vendor or family) is None else [key]
-    if not things:
+    if not queries:
         return ExplainResult(examples=tuple(example_forms(vendors)), document=document)
-    named_vendors = [key for key in vendors if any(thing.casefold() == key for thing in things)]
-    if named_vendors and (rest := [thing for thing in things if thing.casefold() not in named_vendors]):
-        things, vendors = rest, named_vendors
+    named_vendors = [key for key in vendors if any(thing.casefold() == key for thing in queries)]
+    if named_vendors and (rest := [thing for thing in queries if thing.casefold() not in named_vendors]):
+        queries, vendors = rest, named_vendors
     if blocks:
         check_starts(blocks, vendors)
 
@@ -465,24 +465,24 @@ def explain_things(
         question = Question.of(thing, at_example=loop, starts=blocks, config=config)
         return explain_question(question, vendors, all_decisions)
 
-    return ExplainResult(tuple(_answer_things(things, ask)), document=document)
+    return ExplainResult(tuple(_answer_things(queries, ask)), document=document)
 
 
-def _answer_things(things: Sequence[str], ask: Callable[[str], list[Page]]) -> list[Page]:
+def _answer_things(queries: Sequence[str], ask: Callable[[str], list[Page]]) -> list[Page]:
     """The answers to all things; where one is nothing, or they spell a bit or an error, to all of them as one text.
 
     Things of which one is an address or a code are no text.
     """
-    text = " ".join(things)
-    if len(things) > 1 and usual_spelling(text) != text:
+    text = " ".join(queries)
+    if len(queries) > 1 and usual_spelling(text) != text:
         return ask(text)
-    if len(things) > 1 and things[-1].isdecimal() and not CODE_PATTERN.fullmatch(things[-2].upper()):
+    if len(queries) > 1 and queries[-1].isdecimal() and not CODE_PATTERN.fullmatch(queries[-2].upper()):
         with suppress(QuestionError):
             return ask(text)
     try:
-        return [page for thing in things for page in ask(thing)]
+        return [page for thing in queries for page in ask(thing)]
     except QuestionError as error:
-        if len(things) == 1 or any(CODE_PATTERN.fullmatch(thing.upper()) or names_in_text(thing) for thing in things):
+        if len(queries) == 1 or any(CODE_PATTERN.fullmatch(thing.upper()) or names_in_text(thing) for thing in queries):
             raise
         try:
             return ask(text)

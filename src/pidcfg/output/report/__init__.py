@@ -546,7 +546,7 @@ class Run:
     config: str
     report: Report | None = None
     passed: bool = False
-    unjudged: bool = False
+    lacks_expectations: bool = False
     """Whether a configuration with errors ran and nothing was expected of it."""
     title: str = ""
     charts: Sequence[Chart] = ()
@@ -609,7 +609,7 @@ def verdict_of(run: Run, report: Report) -> str:
         standing_text = f"{tally.failed} of {tally.judged_count} always checked" if tally.failed else ""
         unproven_text = f"; {tally.unproven} not proven" if tally.unproven else ""
         return f"{', '.join(part for part in (expected_text, standing_text) if part)} failed{unproven_text}."
-    if run.unjudged:
+    if run.lacks_expectations:
         return "The configuration has errors, and nothing is expected of the run."
     if tally.unproven:
         return f"{tally.unproven} of {tally.judged_count} always checked not proven."

@@ -68,7 +68,7 @@ class LoopFacts(ABC):
         return sum(self.alarm_bits[name] for name in self.outer_alarms)
 
     @property
-    def word_owners(self) -> Mapping[str, int]:
+    def error_loops(self) -> Mapping[str, int]:
         """Error registers that belong to one loop, with its number; the others concern them all."""
         return {}
 
@@ -78,7 +78,7 @@ class LoopFacts(ABC):
         return [-1] * len(self.loops)
 
     @property
-    def flow(self) -> Iterable[tuple[int, int]]:
+    def signal_links(self) -> Iterable[tuple[int, int]]:
         """Pairs of signals within the PLC, the first of which moves the second, besides the loops' own."""
         for config, master in zip(self.configs, self.masters, strict=False):
             if master >= 0:
@@ -139,7 +139,7 @@ class LoopFacts(ABC):
         """Errors of what is no loop, in words."""
         return ()
 
-    def only_switches(self, loop: int) -> bool:
+    def is_on_off(self, loop: int) -> bool:
         """Whether a loop's output is nothing but on or off."""
         return False
 
@@ -155,12 +155,12 @@ class LoopFacts(ABC):
         self,
         loop: int,
         signals: Sequence[float],
-        own: Collection[int],
-        rivals: Collection[int],
+        own_signals: Collection[int],
+        other_signals: Collection[int],
     ) -> bool:
         """Whether a selector of the program leaves a loop's output out and takes that of another loop.
 
-        ``own`` are the signals that follow the loop's output, ``rivals`` those that follow others.
+        ``own_signals`` are the signals that follow the loop's output, ``other_signals`` those that follow others.
         """
         return False
 
@@ -214,7 +214,7 @@ class Plc(LoopFacts):
     """For each loop its PV at 0 % and 100 % in engineering units, and the counts between."""
     units: Mapping[str, str] = {}
     """The unit of each loop's PV by the loop's name, where the configuration gives one."""
-    roots: Sequence[float | None] = ()
+    root_zeros: Sequence[float | None] = ()
     """For each loop whose signals are those before the PLC takes the root of its PV, where the PV's counts begin, as a
     share of the span; None for another loop, empty where the vendor has no such signals."""
     longest_time = 0.0
@@ -235,7 +235,7 @@ class Plc(LoopFacts):
     """The unit of an output for which the configuration gives none."""
     modes: Mapping[str, int]
     """Every mode by the vendor's name, as a mask of ``status``."""
-    word_of_flags = "{}"
+    error_format = "{}"
     """How the vendor writes the content of an error register, as a format: ``0x{:04X}``."""
     alarm_bits: Mapping[str, int] = {}
     """Alarms by name, as masks of ``status``, in order of severity."""
@@ -259,7 +259,7 @@ class Plc(LoopFacts):
     """Reasons that concern the mode."""
 
     @property
-    def base(self) -> int:
+    def base_ticks(self) -> int:
         """The greatest common step of the sample rates, in ticks."""
         return gcd(*(config.period for config in self.configs if not config.halt)) or TICKS
 
@@ -274,12 +274,12 @@ class Plc(LoopFacts):
         return True
 
     @property
-    def flags(self) -> Mapping[str, int]:
+    def error_words(self) -> Mapping[str, int]:
         """Error registers by name, ``V7642``."""
         return {}
 
     @property
-    def outputs(self) -> Sequence[tuple[float, float]]:
+    def out_ranges(self) -> Sequence[tuple[float, float]]:
         """For each loop the value of its output signal at 0 % and 100 %; empty where the configuration says it."""
         return ()
 
@@ -447,10 +447,10 @@ class CountsPlc(Plc):
     def scale_loops(self) -> None:
         """Makes `scales` and `roots`."""
         self.scales = [(config.pv_low, config.pv_low + config.pv_width, int(config.pv_span)) for config in self.configs]
-        self.roots = [config.pv_min / config.pv_span if config.square_root else None for config in self.configs]
+        self.root_zeros = [config.pv_min / config.pv_span if config.square_root else None for config in self.configs]
 
     @property
-    def outputs(self) -> Sequence[tuple[float, float]]:
+    def out_ranges(self) -> Sequence[tuple[float, float]]:
         """Engineering units, counts without a range."""
         return [(config.out_low, config.out_low + config.out_width) for config in self.configs]
 
@@ -551,7 +551,7 @@ PERCENT = (0.0, 100.0)
 
 
 @frozen
-class Root:
+class RootScale:
     """The PV's scale of a loop that takes the root of it: its signals are recorded as they are before."""
 
     low: float
@@ -569,11 +569,11 @@ class Root:
         return f"PV and {name} are before the root: {last:.4g} at the end stands for {stands}"
 
 
-def root_of(plc: Plc, loop: int) -> Root | None:
+def root_of(plc: Plc, loop: int) -> RootScale | None:
     """The scale of a loop, by its number, whose signals are those before its root is taken; None for another one."""
     low, high, _ = plc.scales[loop]
-    zero = plc.roots[loop] if plc.roots else None
-    return None if zero is None else Root(low, high - low, zero)
+    zero = plc.root_zeros[loop] if plc.root_zeros else None
+    return None if zero is None else RootScale(low, high - low, zero)
 
 
 @frozen
@@ -592,7 +592,7 @@ class Axes:
     pv_range: tuple[float, float] = PERCENT
     sample_time: float = 0.0
     """In s; 0: each base step."""
-    root: Root | None = None
+    root: RootScale | None = None
     """Given where the loop takes the root of its PV."""
     description: str = ""
 
@@ -603,10 +603,10 @@ def axes_of(plc: Plc, settings: Sequence[Mapping[str, Any]]) -> dict[str, Axes]:
     axes = {}
     for i, loop in enumerate(plc.loops):
         entry, config = by_name.get(loop, {}), plc.configs[i]
-        pv, output = (dict(entry.get(key) or {}) for key in ("pv", "output"))
-        unit = output.get("unit") or plc.output_unit
+        pv, out = (dict(entry.get(key) or {}) for key in ("pv", "output"))
+        unit = out.get("unit") or plc.output_unit
         output_range = (
-            plc.outputs[i] if plc.outputs else output.get("range") or (PERCENT if unit == "%" else limits_of(plc, i))
+            plc.out_ranges[i] if plc.out_ranges else out.get("range") or (PERCENT if unit == "%" else limits_of(plc, i))
         )
         low, high, counts = plc.scales[i]
         raw = "range" not in pv and high - low == counts
@@ -615,9 +615,9 @@ def axes_of(plc: Plc, settings: Sequence[Mapping[str, Any]]) -> dict[str, Axes]:
             plc.signals[config.sp_slot],
             plc.signals[config.out_slot],
             pv_unit=str(pv.get("unit") or ("counts" if raw else "")),
-            output_unit=str(unit or ("counts" if plc.outputs and "range" not in output else "")),
+            output_unit=str(unit or ("counts" if plc.out_ranges and "range" not in out else "")),
             output_range=None if output_range is None else (float(output_range[0]), float(output_range[1])),
-            output_counts=plc.outputs[i] if plc.outputs and "range" not in output else None,
+            output_counts=plc.out_ranges[i] if plc.out_ranges and "range" not in out else None,
             pv_range=(low, high),
             sample_time=config.period / TICKS,
             root=root_of(plc, i),

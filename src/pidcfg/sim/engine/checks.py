@@ -80,7 +80,7 @@ def _check_names(path: Path, subject: str, expectation: Expectation, plc: Plc, s
         "signal": [name for name in plc.signals if name] + [*scenario.signals, *plants],
         "alarm": list(plc.alarm_bits),
         "mode": list(plc.modes),
-        "flag": list(plc.flags) if expectation.loop is None else [*plc.flag_bits, *plc.aux_bits],
+        "flag": list(plc.error_words) if expectation.loop is None else [*plc.flag_bits, *plc.aux_bits],
         "autotune": ["done", "error", *plc.tuned_names],
     }.get(subject)
     name = getattr(expectation, subject)

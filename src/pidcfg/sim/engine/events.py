@@ -354,11 +354,11 @@ class Agenda:
             self.net.signal_values[self.net.outside_signals[name]] = (
                 self.plc.check_input(name, value) if name in self.plc.inputs else float(parse_number(value))
             )
-        slots = {slot for slot in self.influence.signals_set(event) if self.net.signal_values[slot] != before[slot]}
+        slots = {slot for slot in self.influence.written_signals(event) if self.net.signal_values[slot] != before[slot]}
         for i in range(len(self.plc.loops)):
             if slots & set(self.plc.mode_inputs(i)):
                 self.renew_intent(k, i)
-            if slots & self.influence.set_points[i]:
+            if slots & self.influence.set_point_sources[i]:
                 self.begin_step(k, i, before[self.plc.configs[i].sp_slot])
 
     def renew_intent(self, k: int, loop: int) -> None:

@@ -44,17 +44,17 @@ class Influence:
     """Events that change nothing."""
     event_signals: set[int] = field(default_factory=set)
     """The signals that the scenario's events set."""
-    set_points: list[set[int]] = field(default_factory=list)
+    set_point_sources: list[set[int]] = field(default_factory=list)
     """The signals that each loop's set point in force is made of by the program alone, without another loop."""
     _reached_cache: dict[tuple[frozenset[int], frozenset[int]], frozenset[int]] = field(default_factory=dict)
     """Answers of `reached_signals`: a run asks the same again and again, and the graph stays."""
-    _rivals: dict[int, tuple[frozenset[int], frozenset[int]]] = field(default_factory=dict)
+    _followers_cache: dict[int, tuple[frozenset[int], frozenset[int]]] = field(default_factory=dict)
     _plants: dict[int, Sequence[str]] = field(default_factory=dict)
     _moved_by_events: dict[int, tuple[Event, frozenset[int]]] = field(default_factory=dict)
     """What events move, by their identity."""
 
     @classmethod
-    def of(cls, scenario: Scenario, net: Network, plc: Plc, idle_events: Collection[Event] = ()) -> Influence:
+    def build(cls, scenario: Scenario, net: Network, plc: Plc, idle_events: Collection[Event] = ()) -> Influence:
         """Of a scenario whose network is ready, and of whose events some are ``idle_events``."""
         self = cls(net, plc, idle_events=idle_events)
         revived_plants = {e.plant or e.loop for e in scenario.events if (e.disturb or {}).get("gain")}
@@ -69,12 +69,12 @@ class Influence:
             self._add_moves([config.in_slot], [config.pv_slot])
             self._add_moves([config.pv_slot, config.sp_slot], [config.out_slot])
             self._add_moves([config.out_slot], self.pulse_signals(i))
-        for source, target in plc.flow:
+        for source, target in plc.signal_links:
             self.followers[source].add(target)
-        self.event_signals = {slot for event in scenario.events for slot in self.signals_set(event)}
+        self.event_signals = {slot for event in scenario.events for slot in self.written_signals(event)}
         for i, config in enumerate(plc.configs[: len(plc.loops)]):
             self.is_driven.append(self.can_drive(i) or self.is_moved_by_events(i))
-            self.set_points.append(self._outside_sources(config.sp_slot))
+            self.set_point_sources.append(self._outside_sources(config.sp_slot))
         return self
 
     def can_drive(self, loop: int, excluded: Collection[int] = ()) -> bool:
@@ -138,14 +138,15 @@ class Influence:
         """Everything that a loop's output moves."""
         return self.reached_signals([self.plc.configs[loop].out_slot])
 
-    def rival_signals(self, loop: int) -> tuple[frozenset[int], frozenset[int]]:
+    def own_and_other_signals(self, loop: int) -> tuple[frozenset[int], frozenset[int]]:
         """What follows a loop's output, and what follows those of the others, neither by way of a PV or the other."""
         configs = self.plc.configs[: len(self.plc.loops)]
-        if loop not in self._rivals:
+        if loop not in self._followers_cache:
             pvs, out = {config.pv_slot for config in configs}, configs[loop].out_slot
             others = {config.out_slot for config in configs} - {out}
-            self._rivals[loop] = (self.reached_signals([out], pvs | others), self.reached_signals(others, pvs | {out}))
-        return self._rivals[loop]
+            own = self.reached_signals([out], pvs | others)
+            self._followers_cache[loop] = (own, self.reached_signals(others, pvs | {out}))
+        return self._followers_cache[loop]
 
     def moved_by_event(self, event: Event) -> frozenset[int]:
         """Everything that an event moves; one of the CPU moves all outputs."""
@@ -155,11 +156,11 @@ class Influence:
         if event.disturb is not None:
             return self.reached_signals([self.net.plants[self.net.plant_index[event.plant or event.loop or ""]].slot])
         if event.loop is None:
-            return self.reached_signals(self.signals_set(event))
+            return self.reached_signals(self.written_signals(event))
         config = configs[self.plc.loops.index(event.loop)]
         return self.reached_signals([config.pv_slot if event.pv is not None else config.sp_slot])
 
-    def signals_set(self, event: Event) -> list[int]:
+    def written_signals(self, event: Event) -> list[int]:
         """The signals from outside that an event sets."""
         if event.set is None or event.loop is not None:
             return []

@@ -120,7 +120,7 @@ def _program_followers(plc: Plc, slot: int) -> set[int]:
     followers, waiting = set[int](), [slot]
     while waiting:
         at = waiting.pop()
-        new = {target for source, target in plc.flow if source == at} - followers
+        new = {target for source, target in plc.signal_links if source == at} - followers
         followers |= new
         waiting += new
     return followers

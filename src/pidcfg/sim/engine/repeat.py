@@ -166,7 +166,7 @@ class RepeatedRun:
             idle = [*self.idle_events, *idle_events(scenario, self.trial, net, disturbances)]
         influence = self.run.agenda.influence
         if self.gains != [bool(plant.gain) for plant in net.plants]:
-            return Influence.of(scenario, net, plc, idle)
+            return Influence.build(scenario, net, plc, idle)
         influence.idle_events = idle
         return influence
 

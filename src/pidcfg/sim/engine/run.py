@@ -124,7 +124,7 @@ def base_step(scenario: Scenario, plc: Plc) -> int:
     chosen = scenario.step or scenario.plc.scan_time
     if chosen is not None:
         return max(1, int(chosen * TICKS))
-    rates = [plc.base] if plc.running else [config.period for config in plc.configs]
+    rates = [plc.base_ticks] if plc.running else [config.period for config in plc.configs]
     return gcd(*rates, *event_periods(scenario, plc)) or TICKS
 
 
@@ -148,10 +148,12 @@ def prepare_network(scenario: Scenario, plc: Plc) -> Network:
     for name, period in zip(plc.loops, plc.periods, strict=True):
         if period and misses_samples(period, step, scenario):
             problems.append(uneven_rate(name, period, step))
-    if scenario.plc.number_of_loops is not None and any(plc.flags.values()):
-        words = ", ".join(f"{name} = {plc.word_of_flags.format(word)}" for name, word in plc.flags.items())
+    if scenario.plc.number_of_loops is not None and any(plc.error_words.values()):
+        words = ", ".join(f"{name} = {plc.error_format.format(word)}" for name, word in plc.error_words.items())
         message = f"with {scenario.plc.number_of_loops} loops the set-up check gives {words}: the loop task is off"
-        bits = [(name, bit) for name, word in plc.flags.items() for bit in range(word.bit_length()) if word >> bit & 1]
+        bits = [
+            (name, bit) for name, raw in plc.error_words.items() for bit in range(raw.bit_length()) if raw >> bit & 1
+        ]
         effect = ", ".join(f"{name} bit {bit}" for name, bit in bits)
         problems.append(Problem(("plc", "number_of_loops"), message, "set_up", "warning", effect=effect))
     return build_network(scenario, plc, step, problems)
@@ -263,7 +265,7 @@ def window_steps(machine: Machine) -> int:
 def swinging_loops(plc: Plc, influence: Influence) -> set[int]:
     """The loops whose outputs are on or off, or pulses, and those whose PVs one of them moves."""
     loops = range(len(plc.loops))
-    sources = [i for i in loops if plc.only_switches(i) or influence.pulse_cycle(i)]
+    sources = [i for i in loops if plc.is_on_off(i) or influence.pulse_cycle(i)]
     moved = set[int]().union(*(influence.moved_by_output(i) for i in sources))
     return {i for i in loops if i in sources or plc.configs[i].pv_slot in moved}
 
@@ -430,7 +432,7 @@ class Run:
         initial_signals = list(net.signal_values)
         settle_plants(net, initial_values(net))
         problems += wrong_actions(net, plc)
-        influence = Influence.of(
+        influence = Influence.build(
             scenario, net, plc, idle_events(scenario, new_plc, net) if settings.with_verdicts else []
         )
         meters = meters_of(scenario, plc, net, last)
@@ -597,7 +599,7 @@ class Run:
             steps=self.last + 1,
             duration=self.last * self.dt,
             engine=self.engine,
-            plc_flags={name: self.plc.word_of_flags.format(word) for name, word in self.plc.flags.items()},
+            plc_flags={name: self.plc.error_format.format(word) for name, word in self.plc.error_words.items()},
             running=self.plc.running,
             loops=dict(zip(self.plc.loops, self.journal.loops, strict=True)),
             signals={name: judged.signal_range(name) for name in self.net.names},

@@ -74,7 +74,7 @@ def _judge_exempt(e: Evidence, i: int) -> Judgement | None:
 def _exemption(e: Evidence, i: int) -> str:
     """What keeps a loop from being at its set point, and is no fault of it; empty: nothing."""
     m, plc = e.meters[i], e.plc
-    if plc.only_switches(i):
+    if plc.is_on_off(i):
         return "its output is on or off"
     judgement = excuse_limit(e, i)
     if judgement is not None:
@@ -110,7 +110,7 @@ def _other_set_point(e: Evidence, i: int) -> str:
     """That another set point is in force than the last event asked for; empty: the same, or a profile moves it."""
     k, requested = e.requested_set_points.get(i, (0, 0.0))
     profile = any(event.loop == e.plc.loops[i] and event.ramp_soak for event in e.scenario.events)
-    rooted = bool(e.plc.roots) and e.plc.roots[i] is not None
+    rooted = bool(e.plc.root_zeros) and e.plc.root_zeros[i] is not None
     if i not in e.requested_set_points or e.masters[i] >= 0 or profile or rooted or not e.meters[i].in_control:
         return ""
     in_force = e.signal_values[e.plc.configs[i].sp_slot]

@@ -324,7 +324,7 @@ class Evidence:
     def set_point_of(self, event: Event, loop: int) -> object:
         """What an event sets a loop's set point to, itself or a signal that it is made of; None: it does not."""
         if event.loop is None:
-            made_of, outside = self.influence.set_points[loop], self.net.outside_signals
+            made_of, outside = self.influence.set_point_sources[loop], self.net.outside_signals
             values = ((outside[dotted_text(path)], value) for path, value, _ in leaves(event.set or {}))
             return next((value for slot, value in values if slot in made_of), None)
         if event.loop != self.plc.loops[loop]:
@@ -335,7 +335,7 @@ class Evidence:
     def is_set_point(self, event: Event, loop: int) -> bool:
         """Whether what an event sets is the set point itself, as far as the signals tell before it happens."""
         sp = self.signal_values[self.plc.configs[loop].sp_slot]
-        sources = self.influence.set_points[loop].intersection(self.influence.signals_set(event))
+        sources = self.influence.set_point_sources[loop].intersection(self.influence.written_signals(event))
         return all(abs(self.signal_values[slot] - sp) <= self.bands[loop] for slot in sources)
 
     def last_mode(self, loop: int) -> str:
@@ -366,7 +366,7 @@ def band_of(e: Evidence, i: int) -> float:
     if tolerance is not None:
         return float(tolerance.value) * (span / 100 if tolerance.unit == "%" else 1.0)
     inner = e.plc.inner_deviation(i)
-    share = SWITCHED_BAND_SHARE if e.plc.only_switches(i) else BAND_SHARE
+    share = SWITCHED_BAND_SHARE if e.plc.is_on_off(i) else BAND_SHARE
     return max(e.min_difference(i), share * span if inner is None else min(share * span, inner))
 
 
@@ -486,7 +486,7 @@ OPERAND_COUNTS = {CONSTANT: 0, SIGNAL: 0, NEGATE: 1, ABSOLUTE: 1, ROOT: 1}
 def is_deselected(e: Evidence, i: int) -> bool:
     """Whether a loop acts on nothing now, since another loop's output is taken in its place."""
     out = e.plc.configs[i].out_slot
-    own, rivals = e.influence.rival_signals(i)
+    own, rivals = e.influence.own_and_other_signals(i)
     if any(out in read_signals(e.net, plant) and not _is_left_out(e, plant, out, rivals) for plant in e.net.plants):
         return False
     return e.plc.is_deselected(i, e.signal_values, own, rivals) or _is_selected_away(e, i, rivals)

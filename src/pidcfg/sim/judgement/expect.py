@@ -206,7 +206,7 @@ def _flag_verdict(expectation: Expectation, run: MeasuredRun) -> Verdict:
     name = str(expectation.flag)
     expected = True if expectation.value is None else expectation.value
     if expectation.loop is None:
-        word, form = run.plc.flags[name], run.plc.word_of_flags
+        word, form = run.plc.error_words[name], run.plc.error_format
         passed = word == expected if type(expected) is int else bool(word) == expected
         shown = form.format(expected) if type(expected) is int else "set" if expected else "clear"
         return Verdict(f"{name} is {shown}", passed, form.format(word))

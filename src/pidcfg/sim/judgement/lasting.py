@@ -156,7 +156,7 @@ def cause_of_offset(e: Evidence, i: int) -> str:
     dead_band = e.plc.dead_band(i, e.signal_values)
     if dead_band > e.bands[i]:
         return f": its dead band is {dead_band:.4g}{e.unit(i)}"
-    return "" if e.plc.only_switches(i) or e.plc.integrates(i, e.signal_values) else ": it has no integral"
+    return "" if e.plc.is_on_off(i) or e.plc.integrates(i, e.signal_values) else ": it has no integral"
 
 
 def _judge_lasting_error(e: Evidence, i: int, look: Look, state: str, cause: str = "") -> Judgement:

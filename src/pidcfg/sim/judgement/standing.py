@@ -142,13 +142,13 @@ def _find_swings(e: Evidence, i: int) -> Swings | None:
 def _excuse_swings(e: Evidence, i: int, swings: Swings) -> str:
     """Why an oscillation need not be the loop's fault."""
     m, plc, period = e.meters[i], e.plc, e.seconds(swings.period)
-    if plc.only_switches(i):
+    if plc.is_on_off(i):
         return "its output is on or off"
     if period <= MAX_RIPPLE_CYCLES * e.influence.pulse_cycle(i) or swings.amplitude <= pulse_ripple(e, i):
         return "it is the ripple of its pulses"
     for j, name in enumerate(plc.loops):
         other = _find_swings(e, j)
-        drives = (plc.only_switches(j) or e.influence.pulse_cycle(j)) and plc.configs[
+        drives = (plc.is_on_off(j) or e.influence.pulse_cycle(j)) and plc.configs[
             i
         ].pv_slot in e.influence.moved_by_output(j)
         if j != i and drives and other and abs(e.seconds(other.period) - period) <= PERIOD_TOLERANCE * period:
@@ -186,9 +186,9 @@ def judge_set_up(e: Evidence, i: int) -> Judgement:
     """Judges one loop, by its flags and its error words."""
     m, plc = e.meters[i], e.plc
     words = [
-        f"{name} = {plc.word_of_flags.format(plc.flags[name])}"
-        for name, j in plc.word_owners.items()
-        if j == i and plc.flags[name]
+        f"{name} = {plc.error_format.format(plc.error_words[name])}"
+        for name, j in plc.error_loops.items()
+        if j == i and plc.error_words[name]
     ]
     flags = [name for name in plc.error_flags if m.all_status & plc.flag_bits.get(name, 0)]
     errors = [*flags, *words, *plc.set_up_errors(i)]
@@ -199,9 +199,9 @@ def judge_plc(e: Evidence) -> Judgement:
     """Judges the PLC: the error words that concern all loops, and blocks that are no loops."""
     plc = e.plc
     words = [
-        f"{name} = {plc.word_of_flags.format(word)}"
-        for name, word in plc.flags.items()
-        if word and name not in plc.word_owners
+        f"{name} = {plc.error_format.format(word)}"
+        for name, word in plc.error_words.items()
+        if word and name not in plc.error_loops
     ]
     errors = [*words, *plc.program_errors(e.signal_values)]
     return failed_verdict(", ".join(errors)) if errors else proven_verdict("no error of the set-up")
@@ -221,7 +221,7 @@ def expected_errors(e: Evidence) -> Iterator[tuple[int, str]]:
                 text = f"{expectation.loop} is expected never to be in {expectation.mode.mode}"
         elif expectation.flag is not None and expectation.value is not False and expectation.value != 0:
             if expectation.loop is None:
-                owner = plc.word_owners.get(expectation.flag, -1)
+                owner = plc.error_loops.get(expectation.flag, -1)
             if _has_come(e, expectation.flag, owner, is_loop_flag=expectation.loop is not None):
                 text = f"{expectation.flag} {f'of {plc.loops[owner]} ' if owner >= 0 else ''}is expected"
         if text:
@@ -231,7 +231,7 @@ def expected_errors(e: Evidence) -> Iterator[tuple[int, str]]:
 def _has_come(e: Evidence, flag: str, owner: int, *, is_loop_flag: bool) -> bool:
     """Whether an error has come: a word of the PLC, or a flag of a loop that means an error of its set-up."""
     if not is_loop_flag:
-        return bool(e.plc.flags[flag])
+        return bool(e.plc.error_words[flag])
     return flag in e.plc.error_flags and bool(e.meters[owner].all_status & e.plc.flag_bits.get(flag, 0))
 
 
@@ -305,7 +305,7 @@ def _acts_on_mode(e: Evidence, event: Event, i: int) -> bool:
         return True
     family = e.cascade_loops(i)
     if event.loop is None:
-        return any(slot in e.plc.mode_inputs(j) for slot in e.influence.signals_set(event) for j in family)
+        return any(slot in e.plc.mode_inputs(j) for slot in e.influence.written_signals(event) for j in family)
     of_mode = (
         event.mode is not None or event.autotune is not None or any(key in e.plc.mode_keys for key in event_keys(event))
     )
@@ -370,7 +370,7 @@ def _unjudged_reason(e: Evidence, i: int, scope: str) -> str:
     """What keeps a loop from being judged, by the loops that a kind is for."""
     m = e.meters[i]
     controlled = bool(m.all_status & m.control_bits)
-    words = [name for name, word in e.plc.flags.items() if word and name not in e.plc.word_owners]
+    words = [name for name, word in e.plc.error_words.items() if word and name not in e.plc.error_loops]
     if scope == "meant" and not controlled and words:
         return f"{' and '.join(words)} keeps the loop task off"
     if scope == "meant" and not controlled and not m.wanted_bits and m.missed_at < 0 and i not in e.ignored_events:

@@ -238,13 +238,13 @@ class BatchOutcome:
     """Names and units of each loop's signals."""
     duration: float = 0.0
     """Of each run, in s."""
-    unjudged: bool = False
+    lacks_expectations: bool = False
     """The configuration has errors, and nothing is expected of the runs."""
 
     @property
     def passed(self) -> bool:
         """Whether it ran and all is shown that is wanted."""
-        return self.certification is not None and self.certification.passed and not self.unjudged
+        return self.certification is not None and self.certification.passed and not self.lacks_expectations
 
 
 @frozen
@@ -401,7 +401,7 @@ def certify_document(doc: Document, options: CertifyOptions, reader: Reader = DI
         fan=record_fan(job, options.samples, options.jobs) if options.record else None,
         axes=axes_of(plc, loaded.image.settings),
         duration=report.duration,
-        unjudged=bool(loaded.config_errors) and not scenario.expect,
+        lacks_expectations=bool(loaded.config_errors) and not scenario.expect,
     )
 
 

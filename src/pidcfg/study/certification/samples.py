@@ -103,7 +103,7 @@ def draw_number(uncertainty: Uncertainty, seed: int, sample: int) -> float:
     """The number of a sample; raises `DrawError`."""
     spread = uncertainty.spread
     for draw in range(MAX_DRAWS):
-        value = quantile(spread, unit_number(seed, sample, uncertainty.random_row, draw))
+        value = quantile(spread, unit_number(seed, sample, uncertainty.random_stream, draw))
         if spread.low <= value <= spread.high:
             return value
     raise DrawError(f"{uncertainty.label}: {MAX_DRAWS} numbers, none within {spread.low:g} to {spread.high:g}")

@@ -466,9 +466,9 @@ class StandInPlc(Generic):
         super().__init__(image)
 
     @property
-    def base(self) -> int:
+    def base_ticks(self) -> int:
         """The step in which samples and cycles of filters are whole."""
-        return gcd(super().base, *(config.rules.filter_cycle for config in self.configs))
+        return gcd(super().base_ticks, *(config.rules.filter_cycle for config in self.configs))
 
     def begin(self, loop: int) -> None:
         """What a loop starts with."""

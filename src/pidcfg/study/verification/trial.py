@@ -126,8 +126,8 @@ def companion_loops(loops: Sequence[Loop | None], i: int, *, with_master: bool) 
 
 def output_scale(plc: Plc, i: int, loop: Loop | None) -> tuple[float, float]:
     """What a loop's output signal shows at 0 % and 100 %."""
-    if plc.outputs:
-        low, high = plc.outputs[i]
+    if plc.out_ranges:
+        low, high = plc.out_ranges[i]
     elif loop is not None:
         low, high = (float(end) for end in loop.output.range)
     else:
@@ -149,7 +149,7 @@ def names_of(
         _pv_inlet(plc, i),
         measured,
         scale,
-        plc.base / TICKS,
+        plc.base_ticks / TICKS,
         (is_whole(plc, i, "output", scale[0]), is_whole(plc, i, "setpoint", plc.scales[i][0])),
         plc.modes,
         {_pv_inlet(plc, j): plc.signals[plc.configs[j].sp_slot] for j in others},
@@ -416,9 +416,9 @@ def run_stage(side: Side, i: int, stage: Stage, bench: Bench, *, before_root: bo
     last = len(columns[0]) - 1
     rows = [min(round(k * bench.sample / dt), last) for k in range(count)]
     pv, setpoint, output = ([column[row] for row in rows] for column in columns)
-    if plc.roots and plc.roots[i] is not None:
+    if plc.root_zeros and plc.root_zeros[i] is not None:
         pv, setpoint = (
-            [_square_root(value, low, width, plc.roots[i] or 0.0) for value in column] for column in (pv, setpoint)
+            [_square_root(value, low, width, plc.root_zeros[i] or 0.0) for value in column] for column in (pv, setpoint)
         )
     bottom, top = names.scale
     return Trial(

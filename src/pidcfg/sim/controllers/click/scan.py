@@ -77,8 +77,8 @@ if TYPE_CHECKING:
 REFUSED_STOP = 1
 REFUSED_TUNING = 2
 OVERRIDE_STOP = 3
-CLEARED = 4
-GIVEN_UP = 5
+ERROR_CLEARED = 4
+GOAL_GIVEN_UP = 5
 REFUSED_ERROR = 100
 OVERRIDE_ERROR = 200
 NOTED_ERROR = 300
@@ -88,8 +88,8 @@ MODE_REASONS = {
     REFUSED_STOP: "refused: the PLC is in STOP mode",
     REFUSED_TUNING: "refused: Auto is entered from Manual; clearing the autotune request ends an autotune",
     OVERRIDE_STOP: "to Manual: the PLC went to STOP mode",
-    CLEARED: "no PID error any more",
-    GIVEN_UP: GOAL_ENDS,
+    ERROR_CLEARED: "no PID error any more",
+    GOAL_GIVEN_UP: GOAL_ENDS,
 }
 MODE_NOTICES = {REFUSED_STOP, REFUSED_TUNING, OVERRIDE_STOP}
 """Reasons that concern the mode."""
@@ -129,18 +129,18 @@ def tune_refusal(config: Config, state: State) -> int:
     return 0 if is_tunable(config) else REFUSED_TUNE_RANGE
 
 
-def request_mode(config: Config, state: State, wanted: int) -> int:
+def request_mode(config: Config, state: State, mode: int) -> int:
     """Request a mode: it is entered, or the reason of the refusal is returned."""
-    state.requested_mode = wanted
-    now = state.status & MODES
-    if now == wanted:
+    state.requested_mode = mode
+    present_mode = state.status & MODES
+    if present_mode == mode:
         return 0
-    if wanted == MANUAL:
+    if mode == MANUAL:
         stop_tune(state)
         state.status = (state.status & ~MODES) | MANUAL
         return 0
-    if wanted == AUTO:
-        if now == TUNING:
+    if mode == AUTO:
+        if present_mode == TUNING:
             return REFUSED_TUNING
         if state.error_row:
             return REFUSED_ERROR + state.error_row
@@ -330,15 +330,15 @@ class Click(Plc):
         self.run(0)
 
     @property
-    def flags(self) -> Mapping[str, int]:
+    def error_words(self) -> Mapping[str, int]:
         """The error register of each loop, DSn+00."""
         names = (f"DS{loop.starts['integers']}" for loop in self._loops)
         return {name: int(state.error_number) for name, state in zip(names, self.states, strict=True)}
 
     @property
-    def base(self) -> int:
+    def base_ticks(self) -> int:
         """The greatest common step of the sample rates, in ticks; a part of it where pulses need a finer one (D121)."""
-        step = super().base
+        step = super().base_ticks
         finest = min((config.pwm_period // MIN_PERIOD_STEPS for config in self.configs if config.pwm), default=step)
         parts = -(-step // finest)
         while step % parts:
@@ -380,7 +380,7 @@ class Click(Plc):
         state.status &= ~bits.PID_ERROR
         state.requested_mode = 0
         if not error:
-            tell_request(state, CLEARED)
+            tell_request(state, ERROR_CLEARED)
             return
         state.status |= bits.PID_ERROR
         if state.status & bits.MANUAL:
@@ -426,9 +426,9 @@ class Click(Plc):
         return [not config.reverse for config in self.configs]
 
     @property
-    def word_owners(self) -> dict[str, int]:
+    def error_loops(self) -> dict[str, int]:
         """DSn+00 of each loop."""
-        return {name: i for i, name in enumerate(self.flags)}
+        return {name: i for i, name in enumerate(self.error_words)}
 
     def output_limits(self, loop: int, signals: Sequence[float]) -> tuple[float, float]:
         """CO's lower and upper limit."""
@@ -465,7 +465,7 @@ class Click(Plc):
             tell_request(state, REFUSED_STOP)
             return
         if state.pending & bits.GOAL and not state.pending & bits.REQUEST:
-            tell_request(state, GIVEN_UP)
+            tell_request(state, GOAL_GIVEN_UP)
         state.request = state.request | bit if bit == bits.TUNING else (state.request & bits.TUNING) | bit
         state.pending |= bits.REQUEST
 

@@ -73,7 +73,7 @@ from pidcfg.text.references import DL06
 # ----------------------------------------------------------------------------------------------------------------------
 # How much the loops lengthen the PLC's scan, by the formula of the manual ("PID Loop Effect on CPU Scan Time").
 
-BASIS = DL06.cite("PID Loop Effect on CPU Scan Time")
+SCAN_TIME_EFFECT = DL06.cite("PID Loop Effect on CPU Scan Time")
 CALCULATION_SECONDS = (150e-6, 250e-6, 350e-6)
 """Seconds of one loop calculation: minimum, typical, maximum; it depends on the options that are selected."""
 
@@ -90,7 +90,7 @@ def scan_time(without_loops: float, sample_rates: Iterable[float]) -> ScanTime:
 # Some words are read only when an alarm's enable bit goes from 0 to 1, some only when the CPU changes its mode; a
 # value that is written to one of them changes the memory and nothing else until then.
 
-ALARM_WORD = "no*"
+READ_ON_ENABLE = "no*"
 """The manual's mark of a word that is read only when its alarm's enable bit goes from 0 to 1."""
 
 WORDS_BY_ENABLE = {
@@ -138,7 +138,7 @@ class Loop:
         old = self.read_words[:]
         self.read_words[:] = self.memory
         for word in () if alarms else LOOP_TABLE.words:
-            if word.read_when == ALARM_WORD:
+            if word.read_when == READ_ON_ENABLE:
                 self.read_words[word.offset] = old[word.offset]
         self.decode()
 
@@ -238,7 +238,7 @@ class Dl06(CountsPlc):
     configs: list[Config]
     states: list[State]
     out_name = "OUT"
-    word_of_flags = "0x{:04X}"
+    error_format = "0x{:04X}"
     modes: Mapping[str, int] = MODE_BITS
     options = tuple(f.name for f in fields(Options))
     commands: Mapping[str, Sequence[str]] = {
@@ -284,7 +284,7 @@ class Dl06(CountsPlc):
         self._loops[loop].store_results(self.configs[loop], self.states[loop])
         return self._loops[loop]
 
-    def write_other(self, number: int, raw: int) -> None:
+    def write_outside_table(self, number: int, raw: int) -> None:
         """Writes a word outside of the loop table; of a ramp/soak table it counts at once."""
         self._words[number] = raw
         for i, loop in enumerate(self._loops):
@@ -446,7 +446,7 @@ class Dl06(CountsPlc):
         return self._setup.is_running
 
     @property
-    def flags(self) -> Mapping[str, int]:
+    def error_words(self) -> Mapping[str, int]:
         """V7642."""
         return {"V7642": self._setup.flags}
 

@@ -160,7 +160,7 @@ def sample(i: int, configs: list[Config], states: list[State], aux: list[float],
     signals[config.bias_slot] = low + (state.bias + ROUNDING_MAGIC - ROUNDING_MAGIC - minimum) * width / span
 
 
-def next_slow(tick: int, configs: list[Config], states: list[State]) -> int:
+def next_slow_loop(tick: int, configs: list[Config], states: list[State]) -> int:
     """The slow loop that this scan calculates: the first due behind the last served (D52); -1: none.
 
     Loops that Program mode has stopped take no turn (D650).
@@ -184,7 +184,7 @@ def scan(tick: int, configs: list[Config], states: list[State], aux: list[float]
             continue
         if configs[i].slow:
             if slow_loop == -2:
-                slow_loop = next_slow(tick, configs, states)
+                slow_loop = next_slow_loop(tick, configs, states)
             if i != slow_loop:
                 continue
         due += state.period
@@ -220,7 +220,7 @@ class Dl06Registers(Registers):
         """As the words are after the last scan."""
         if loop == NO_LOOP:
             others = {n: raw for n, raw in self.plc.words.items() if n not in self._rows}
-            return others | {ERROR_FLAGS: self.plc.flags["V7642"]}
+            return others | {ERROR_FLAGS: self.plc.error_words["V7642"]}
         memory = self.plc.memory(loop).memory
         held = {row.name: memory[row.offset] for row in LOOP_TABLE.words}
         return self.contents_by_number(loop, held | dict(self._controller_words(loop)))
@@ -252,7 +252,7 @@ class Dl06Registers(Registers):
         """A word; bits of it that are requests are carried out, and those that the PLC writes stay."""
         name = SPACE.name(number)
         if number not in self._rows:
-            return self._write_other(number, raw)
+            return self._write_outside_table(number, raw)
         loop, row = self._rows[number]
         if row.path is None and row.access == "status":
             raise self.read_only_error(name, row)
@@ -298,14 +298,14 @@ class Dl06Registers(Registers):
         self.plc.request(loop, mode)
         return WriteResult(f"request mode {mode}", mode)
 
-    def _write_other(self, number: int, raw: int) -> WriteResult:
+    def _write_outside_table(self, number: int, raw: int) -> WriteResult:
         """A set-up word, which counts at the next change to Run, or a word of a ramp/soak table."""
         name = SPACE.name(number)
         if number == ERROR_FLAGS:
             raise RegisterError(NO_REGISTER, f"{name} is written by the PLC alone")
         if number == LOOP_COUNT:
             self.decode(name, bcd_digits, raw)
-        self.plc.write_other(number, raw)
+        self.plc.write_outside_table(number, raw)
         return WriteResult(f"set {name} to {SPACE.content_text(number, raw)}")
 
 

@@ -204,7 +204,7 @@ class Facts(Memory):
             yield int(aux[row]), [int(aux[at + 1]) for at in code if aux[at] == SIGNAL]
 
     @property
-    def flow(self) -> Sequence[tuple[int, int]]:
+    def signal_links(self) -> Sequence[tuple[int, int]]:
         """Moves, wires, and from each input of a block to its outputs."""
         return self._all_flow
 
@@ -248,7 +248,7 @@ class Facts(Memory):
         """The loop whose MV comes in at SP_CASC, by whatever blocks."""
         loop_by_output = {config.out_slot: i for i, config in enumerate(self.configs[: len(self.loops)])}
         sources = defaultdict(list)
-        for source, target in self.flow:
+        for source, target in self.signal_links:
             sources[target].append(source)
         masters = []
         for i, config in enumerate(self.configs[: len(self.loops)]):
@@ -295,18 +295,18 @@ class Facts(Memory):
 
     def output_limits(self, loop: int, signals: Sequence[float]) -> tuple[float, float]:
         """MinMV and MaxMV; of ControlON_OFF off and on."""
-        if self.only_switches(loop):
+        if self.is_on_off(loop):
             return 0.0, 1.0
         base = self.configs[loop].base
         return signals[base + terms.MIN_MV], signals[base + terms.MAX_MV]
 
-    def only_switches(self, loop: int) -> bool:
+    def is_on_off(self, loop: int) -> bool:
         """Whether the loop is a ControlON_OFF."""
         return bool(self.configs[loop].kind == terms.ON_OFF)
 
     def integrates(self, loop: int, signals: Sequence[float]) -> bool:
         """Whether Ti_Ki is given; a time below 0.001 s is none."""
-        if self.only_switches(loop):
+        if self.is_on_off(loop):
             return False
         base = self.configs[loop].base
         ti_ki = signals[base + terms.TI_KI]
@@ -314,7 +314,7 @@ class Facts(Memory):
 
     def dead_band(self, loop: int, signals: Sequence[float]) -> float:
         """DeadBand."""
-        return 0.0 if self.only_switches(loop) else signals[self.configs[loop].base + terms.DEAD_BAND]
+        return 0.0 if self.is_on_off(loop) else signals[self.configs[loop].base + terms.DEAD_BAND]
 
     def pulse_cycle(self, loop: int) -> float:
         """The period of a ControlPWM that reads the loop's MV."""
@@ -334,9 +334,7 @@ class Facts(Memory):
     def windup_input(self, loop: int, signals: Sequence[float]) -> bool:
         """Windup_H_IN or Windup_L_IN."""
         base = self.configs[loop].base
-        return not self.only_switches(loop) and bool(
-            signals[base + terms.WINDUP_H_IN] or signals[base + terms.WINDUP_L_IN]
-        )
+        return not self.is_on_off(loop) and bool(signals[base + terms.WINDUP_H_IN] or signals[base + terms.WINDUP_L_IN])
 
     def is_deselected(self, loop: int, signals: Sequence[float], own: Collection[int], rivals: Collection[int]) -> bool:
         """Whether a selector behind its MV takes a rival; where there is no selector, whether OVERR is on."""

@@ -251,7 +251,7 @@ ERROR = DL06.cite("Alarm Programming Error")
 RATE = DL06.cite("PV Rate-of-Change Alarm")
 HYSTERESIS = DL06.cite("PV Alarm Hysteresis")
 RESOLUTION = DL06.cite("Determining a suitable sample rate (Addr+07), NOTE")
-TROUBLE = DL06.cite("Troubleshooting Tips")
+TROUBLE_TIPS = DL06.cite("Troubleshooting Tips")
 
 D20 = Decision(
     20,
@@ -496,7 +496,7 @@ def rate_of_change_limit_coarse(view: LoopView) -> Findings:
 @per_loop
 @warning(
     "DL248",
-    TROUBLE,
+    TROUBLE_TIPS,
     "the set point {value} is beyond the {alarm} alarm at {limit}: on its set point the loop is in alarm",
 )
 def setpoint_in_alarm(view: LoopView) -> Findings:

@@ -239,7 +239,7 @@ def remote_setpoint_not_an_output(context: Dl06Context) -> Findings:
 
 OVERRIDE = DL06.cite("Loop Mode Override")
 TUNING = DL06.cite("Tuning Cascaded Loops")
-INTRODUCTION = DL06.cite("Cascade Control, Introduction")
+CASCADE_INTRO = DL06.cite("Cascade Control, Introduction")
 
 D26 = Decision(
     26,
@@ -327,7 +327,7 @@ def idle_cascade(context: Dl06Context) -> Findings:
             yield from report_at_both(minor, minor.report("mode"), major, major.report("mode"), **values)
 
 
-@warning("DL269", INTRODUCTION, "{major} samples every {fast} s, faster than its minor loop {minor} with {slow} s")
+@warning("DL269", CASCADE_INTRO, "{major} samples every {fast} s, faster than its minor loop {minor} with {slow} s")
 def major_loop_faster_than_minor(context: Dl06Context) -> Findings:
     """The major loop of a cascade is sampled more often than its minor loop.
 
@@ -427,7 +427,7 @@ def cascade_output_also_transferred(context: Dl06Context) -> Findings:
 # --- The steps of a ramp/soak profile: targets, slopes and soak times -------------------------------------------------
 
 TABLE = DL06.cite("Ramp/Soak Table")
-TROUBLE = DL06.cite("Troubleshooting Tips")
+TROUBLE_TIPS = DL06.cite("Troubleshooting Tips")
 
 D27 = Decision(
     27,
@@ -456,7 +456,9 @@ def steps_text(first: int, last: int) -> str:
 
 @per_loop
 @error(
-    "DL282", TROUBLE, "ramp_to is {value}, outside the set point limits {low} to {high}: the loop stops at the limit"
+    "DL282",
+    TROUBLE_TIPS,
+    "ramp_to is {value}, outside the set point limits {low} to {high}: the loop stops at the limit",
 )
 def ramp_target_outside_setpoint_limits(view: LoopView) -> Findings:
     """A ramp ends outside the loop's set point limits.
@@ -481,7 +483,7 @@ def ramp_target_outside_setpoint_limits(view: LoopView) -> Findings:
 
 
 @per_loop
-@warning("DL283", TROUBLE, "the first ramp ends at {value}, which is the set point already: it takes no time")
+@warning("DL283", TROUBLE_TIPS, "the first ramp ends at {value}, which is the set point already: it takes no time")
 def first_ramp_without_length(view: LoopView) -> Findings:
     """The first ramp ends at the set point that the loop has when it starts.
 

@@ -255,7 +255,7 @@ ERRORS = DL06.cite("Ramp/Soak Programming Errors")
 RAMP_SOAK_TABLE = DL06.cite("Ramp/Soak Table")
 ENABLE = DL06.cite("Ramp/Soak Generator Enable")
 CONTROLS = DL06.cite("Ramp/Soak Controls")
-TROUBLE = DL06.cite("Troubleshooting Tips")
+TROUBLE_TIPS = DL06.cite("Troubleshooting Tips")
 
 D348 = Decision(
     348,
@@ -422,7 +422,7 @@ def ramp_soak_switched_off(view: LoopView) -> Findings:
         )
 
 
-@warning("DL280", TROUBLE, "the ramp/soak generator is on, but mode is cascade: the set point comes from {source}")
+@warning("DL280", TROUBLE_TIPS, "the ramp/soak generator is on, but mode is cascade: the set point comes from {source}")
 def ramp_soak_in_cascade(context: Dl06Context) -> Findings:
     """The ramp/soak generator is on in a loop that is meant for Cascade mode.
 
@@ -460,7 +460,7 @@ MODES = DL06.cite("CPU Modes and Loop Modes")
 TRANSFER = DL06.cite("Auto Transfer to Analog I/O")
 FROM_MEMORY = DL06.cite("PV Auto Transfer (Addr + 36) from V-memory Option")
 SOURCES = DL06.cite("Data Sources")
-SELECT = DL06.cite("Step 4: Select I/O Modules")
+MODULE_SELECTION = DL06.cite("Step 4: Select I/O Modules")
 
 D660 = Decision(
     660,
@@ -588,7 +588,7 @@ def channel_read_twice(context: Dl06Context) -> Findings:
 
 @info(
     "DL293",
-    SELECT,
+    MODULE_SELECTION,
     "slot {slot}, channel {channel} is the PV of {reader} and the output of {writer}: right only for a combined "
     "input/output module",
 )

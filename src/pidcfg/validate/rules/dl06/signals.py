@@ -256,7 +256,7 @@ def largest_root(view: LoopView) -> Decimal:
 
 LIMITS = DL06.cite("Setpoint (SP) Limits")
 BUMPLESS = DL06.cite("Bumpless Transfers")
-TROUBLE = DL06.cite("Troubleshooting Tips")
+TROUBLE_TIPS = DL06.cite("Troubleshooting Tips")
 DEADBAND = DL06.cite("Error Term Configuration")
 
 D18 = Decision(
@@ -332,7 +332,7 @@ def setpoint_limits_switched_off(view: LoopView) -> Findings:
 @per_loop
 @info(
     "DL231",
-    TROUBLE,
+    TROUBLE_TIPS,
     "the set point {value} is replaced by the PV when the loop goes from Manual to Auto (Bumpless I)",
 )
 def setpoint_replaced_on_transfer(view: LoopView) -> Findings:
@@ -421,7 +421,7 @@ def deadband_reaches_alarm(view: LoopView) -> Findings:
 # --- The control output: its limits, and formats and ranges that do not mean what they look like ----------------------
 
 OUTPUT_LIMITS = DL06.cite("Control Output Configuration")
-CHECKS = DL06.cite("Open-Loop Test")
+OPEN_LOOP_TEST = DL06.cite("Open-Loop Test")
 
 D15 = Decision(
     15,
@@ -446,7 +446,7 @@ def output_limits_crossed(view: LoopView) -> Findings:
 
 
 @per_loop
-@error("DL225", CHECKS, "the output limits {low} and {high} are equal for the PLC: the output cannot move")
+@error("DL225", OPEN_LOOP_TEST, "the output limits {low} and {high} are equal for the PLC: the output cannot move")
 def output_limits_equal(view: LoopView) -> Findings:
     """The two output limits are the same number of counts.
 
@@ -466,7 +466,7 @@ def is_pinned_to_zero(limits: list[int]) -> bool:
 
 
 @per_loop
-@error("DL226", TROUBLE, "the upper output limit is {high}, so {word} stays 0 whatever the error is")
+@error("DL226", TROUBLE_TIPS, "the upper output limit is {high}, so {word} stays 0 whatever the error is")
 def output_upper_limit_zero(view: LoopView) -> Findings:
     """The upper output limit is 0 counts.
 

@@ -16,7 +16,7 @@ from pidcfg.validate.shared_checks import number_text, value_or_switch_key
 # --- The P, I and D terms: which are on, and values that do not do what they look like --------------------------------
 
 TERMS = DL06.cite("P-I-D Loop Terms")
-SUBSET = DL06.cite("Using a Subset of PID Control")
+TERM_SUBSETS = DL06.cite("Using a Subset of PID Control")
 DERIVATIVE_LIMIT = DL06.cite("Derivative Gain Limiting")
 BIAS = DL06.cite("Bias Term")
 
@@ -169,7 +169,7 @@ def gain_of_zero(view: LoopView) -> Findings:
 
 
 @per_loop
-@error("DL214", SUBSET, "gain 0, reset off and rate 0 s: no term is left, and the output never moves")
+@error("DL214", TERM_SUBSETS, "gain 0, reset off and rate 0 s: no term is left, and the output never moves")
 def no_control_term(view: LoopView) -> Findings:
     """Proportional, integral and derivative terms are all switched off.
 
@@ -186,7 +186,7 @@ def no_control_term(view: LoopView) -> Findings:
 @per_loop
 @info(
     "DL523",
-    SUBSET,
+    TERM_SUBSETS,
     "no integral: an error stays as long as the process needs another output than at the change to Auto",
 )
 def proportional_alone(view: LoopView) -> Findings:
@@ -203,7 +203,7 @@ def proportional_alone(view: LoopView) -> Findings:
 
 
 @per_loop
-@warning("DL215", SUBSET, "rate is {rate} s with gain 0: {terms} alone is not among P, PI, PD, PID and I")
+@warning("DL215", TERM_SUBSETS, "rate is {rate} s with gain 0: {terms} alone is not among P, PI, PD, PID and I")
 def derivative_without_proportional(view: LoopView) -> Findings:
     """Derivative alone, or integral and derivative without proportional.
 
@@ -421,7 +421,7 @@ def windup_not_prevented(view: LoopView) -> Findings:
 # ----------------------------------------------------------------------------------------------------------------------
 # Auto-tuning: a start that nobody asked for, modes and limits that stop it, and the manual's two contradictions.
 
-PROCEDURE = DL06.cite("Auto Tuning Procedure")
+AUTOTUNE_STEPS = DL06.cite("Auto Tuning Procedure")
 FILTER = DL06.cite("The DL06 Built-in Analog Filter")
 
 D28 = Decision(
@@ -452,7 +452,7 @@ START_DISTANCE, FULL_SCALE = 205, 4095
 
 
 @per_loop
-@warning("DL296", PROCEDURE, "autotune.start is true: bit 7 of {word} is already 1 when the program is downloaded")
+@warning("DL296", AUTOTUNE_STEPS, "autotune.start is true: bit 7 of {word} is already 1 when the program is downloaded")
 def autotune_start_preset(view: LoopView) -> Findings:
     """The start bit of auto-tuning is set in the download.
 
@@ -466,7 +466,7 @@ def autotune_start_preset(view: LoopView) -> Findings:
 
 
 @per_loop
-@warning("DL297", PROCEDURE, "{method}-loop auto-tuning is to start in mode {mode}; it needs the loop in {wanted}")
+@warning("DL297", AUTOTUNE_STEPS, "{method}-loop auto-tuning is to start in mode {mode}; it needs the loop in {wanted}")
 def autotune_in_wrong_mode(view: LoopView) -> Findings:
     """Auto-tuning is to start in a mode that its method does not work in.
 
@@ -555,7 +555,7 @@ def autotune_without_filter(view: LoopView) -> Findings:
 
 
 @per_loop
-@checklist("DL509", PROCEDURE, "an auto-tune of type PI writes 0 to {word}: the rate of {rate} s is lost")
+@checklist("DL509", AUTOTUNE_STEPS, "an auto-tune of type PI writes 0 to {word}: the rate of {rate} s is lost")
 def autotune_of_pi_clears_the_rate(view: LoopView) -> Findings:
     """An auto-tune of type PI is planned for a loop with a rate time.
 

@@ -261,7 +261,7 @@ def sample_rate_of_zero(view: LoopView) -> Findings:
 
 TIMEOUT = EZLOGIX.cite("Timeout Time (in sec)")
 TYPE = EZLOGIX.cite("Tuning Type")
-STEP = EZLOGIX.cite("Autotune Setup")
+TUNE_SETUP = EZLOGIX.cite("Autotune Setup")
 
 D190 = Decision(
     190,
@@ -369,7 +369,9 @@ def autotune_pi_drops_derivative(view: LoopView) -> Findings:
 
 
 @per_loop
-@warning("EZ484", STEP, "the CV limits {low} and {high} leave no room for the autotune's step of 10 %, {step} counts")
+@warning(
+    "EZ484", TUNE_SETUP, "the CV limits {low} and {high} leave no room for the autotune's step of 10 %, {step} counts"
+)
 def autotune_step_impossible(view: LoopView) -> Findings:
     """The CV limits are closer together than the step of the autotune.
 

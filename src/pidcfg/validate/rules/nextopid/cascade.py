@@ -18,7 +18,7 @@ CASCADE = NEXTOPID.cite("chapter 16: Cascade Configurations, Special Connections
 CASC = NEXTOPID.cite("chapter 2: CASC")
 LIMITS = NEXTOPID.cite("chapter 2: MaxPV, WarnBits")
 MAX_NAMES = 5
-HINTS = NEXTOPID.cite("chapter 17: Hints for Tuning PID in Cascade Configuration")
+CASCADE_HINTS = NEXTOPID.cite("chapter 17: Hints for Tuning PID in Cascade Configuration")
 
 
 @error("NX662", D218, "{name} is its own master: {way}")
@@ -152,7 +152,7 @@ def master_range_beyond_slave(context: NextopidContext) -> Findings:
                 yield from report_at_both(link.master, at_master, link.slave, at_slave, **shown, **names)
 
 
-@warning("NX674", HINTS, "the slave {slave} is calculated every {time} s, its master {master} every {other} s")
+@warning("NX674", CASCADE_HINTS, "the slave {slave} is calculated every {time} s, its master {master} every {other} s")
 def slave_slower_than_master(context: NextopidContext) -> Findings:
     """A slave is calculated less often than its master.
 

@@ -471,7 +471,7 @@ def dead_band_as_wide_as_the_range(view: BlockView) -> Findings:
 
 # --- What the auto-tuning would do ------------------------------------------------------------------------------------
 
-START = NEXTOPID.cite("chapter 4: AutoTune")
+AUTOTUNE_START = NEXTOPID.cite("chapter 4: AutoTune")
 PARAMETERS = NEXTOPID.cite("chapter 4: AutoTuneParam")
 RESULT = NEXTOPID.cite("chapter 4: MV_TOO_HIGH, MV_TOO_LOW")
 MODE = NEXTOPID.cite("chapter 4: Mode")
@@ -517,7 +517,7 @@ def auto_tuning_without_parameters(context: NextopidContext) -> Findings:
             yield view.report("AutoTune", "AutoTuneResult.Bad_PercAmpMV", how=how)
 
 
-@warning("NX657", START, "AutoTune is {value}: the auto-tuning begins with the first cycle")
+@warning("NX657", AUTOTUNE_START, "AutoTune is {value}: the auto-tuning begins with the first cycle")
 def auto_tuning_at_start(context: NextopidContext) -> Findings:
     """The auto-tuning starts with the program.
 
