@@ -24,7 +24,7 @@ from pidcfg.cli.plots import picture_heading
 from pidcfg.encoders.maps.dl06 import READ_DELAYS
 from pidcfg.encoders.parameters import ParameterTable
 from pidcfg.output.explanation.page import key_text
-from pidcfg.output.json_schemas import OUTPUTS, plain_schema
+from pidcfg.output.json_schemas import OUTPUT_SCHEMAS, plain_schema
 from pidcfg.pictures.figure import draw_svg
 from pidcfg.schemas.document import models_of
 from pidcfg.sim.engine.run import Settings
@@ -95,7 +95,7 @@ def pages() -> dict[str, str]:
     found["schemas/settings.schema.json"] = schema_text("settings")
     found["scenario-keys.md"] = keys("scenario", "Keys of a scenario")
     found["schemas/scenario.schema.json"] = schema_text("scenario")
-    found |= {f"schemas/{name}.schema.json": schema_text(name) for name in OUTPUTS}
+    found |= {f"schemas/{name}.schema.json": schema_text(name) for name in OUTPUT_SCHEMAS}
     found["images/reactor.svg"] = reactor()
     found["output-formats.md"] = output_formats()
     found["api.md"] = calls_from_python()

@@ -30,7 +30,7 @@ def advance(drive, fast, head, lists, noise):
     ``head``: the numbers that both are called with first; ``lists``: configurations, states, registers and signals.
     """
     configs, states, aux, signals = lists
-    twins, numbers = (Rows.of(configs), Rows.of(states)), (vector(aux), vector(signals))
+    twins, numbers = (Rows.from_objects(configs), Rows.from_objects(states)), (vector(aux), vector(signals))
     fast(*head, *(rows.array for rows in twins), *numbers, vector(noise))
     drive(*head, *lists, noise)
     assert words(*twins, *(values.tolist() for values in numbers)) == words(*lists)

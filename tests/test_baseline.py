@@ -26,7 +26,7 @@ from pidcfg.validate.baseline import (
 )
 from pidcfg.validate.catalog import find_rules
 from pidcfg.validate.engine import QuotedNumbers, check_document
-from pidcfg.validate.rule import SUPPRESSION, value_of
+from pidcfg.validate.rule import IGNORE_RULES, value_of
 
 # --- Baselines: known findings are not reported, new ones never enter, and what is gone leaves ------------------------
 
@@ -493,8 +493,8 @@ def test_a_text_that_can_be_read_in_two_ways_is_reported_whole():
 
 
 def test_each_remark_about_an_ignore_has_a_page_and_is_a_warning():
-    assert {rule.code for rule in SUPPRESSION} <= set(find_rules())
-    assert {rule.severity for rule in SUPPRESSION} == {Severity.WARNING}
+    assert {rule.code for rule in IGNORE_RULES} <= set(find_rules())
+    assert {rule.severity for rule in IGNORE_RULES} == {Severity.WARNING}
 
 
 # --- the command ------------------------------------------------------------------------------------------------------

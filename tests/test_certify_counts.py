@@ -19,8 +19,8 @@ from pidcfg.sim.judgement.report import Verdict
 from pidcfg.study.certification import certify as certify_module
 from pidcfg.study.certification import samples as workers
 from pidcfg.study.certification import tally as tally_module
+from pidcfg.study.certification.certify import BatchNames, CertifyOptions, charts_of, make_certification
 from pidcfg.study.certification.certify import BatchOutcome as Outcome
-from pidcfg.study.certification.certify import CertifyOptions, Names, charts_of, make_certification
 from pidcfg.study.certification.samples import (
     FAN_TIMES,
     Batch,
@@ -34,7 +34,7 @@ from pidcfg.study.certification.samples import (
     name_differences,
     trial_facts,
 )
-from pidcfg.study.certification.tally import BLOCK_SAMPLES, MAX_WORST, Tally, json_of
+from pidcfg.study.certification.tally import BLOCK_SAMPLES, MAX_WORST_SAMPLES, Tally, json_of
 from pidcfg.text.document import Document, Node, Plain
 from pidcfg.text.processes import ITEMS_AHEAD
 from pidcfg.text.reader import DEFAULT
@@ -132,7 +132,7 @@ def test_blocks_end_after_so_many_samples_and_worst_are_few():
     assert (iae.block_total, iae.total) == (0, BLOCK_SAMPLES * (BLOCK_SAMPLES - 1) / 2)
     tally.add_result(seen(BLOCK_SAMPLES), [GAIN])
     assert iae.block_total == BLOCK_SAMPLES
-    assert [one.sample for one in tally.worst] == list(range(MAX_WORST))
+    assert [one.sample for one in tally.worst] == list(range(MAX_WORST_SAMPLES))
 
 
 def varied(i):
@@ -174,7 +174,7 @@ def test_a_block_in_another_place_is_refused(first, monkeypatch):
 
 def result(samples, shares=(None, 50.0), keep=3):
     """What the counts of some samples say."""
-    names = Names(
+    names = BatchNames(
         "title", list(zip(("one", "two"), shares, strict=True)), [("saturated", "A"), ("oscillates", "A")], ["A"]
     )
     document = Document("x.yaml", "", {"scenario": "title"}, Node(None))
@@ -199,7 +199,7 @@ def test_all_that_is_wanted_must_be_shown():
 
 
 def test_a_sample_that_cannot_run_fails_a_batch_of_which_little_is_wanted():
-    names = Names("title", [("one", 50.0)], [], [])
+    names = BatchNames("title", [("one", 50.0)], [], [])
     batch = Batch(Document("x.yaml", "", {"scenario": "t"}, Node(None)), [], 7)
     tally = Tally(samples=100, failed_to_run=1, held=[99])
     found = make_certification(names, batch, tally, 0)
@@ -219,7 +219,7 @@ def test_what_matters_most_comes_first():
     many = [seen(i, 9.0 if i % 2 else 1.0, passed=i % 2 == 0) for i in range(10)]
     (effect,) = result(many).effects
     assert (effect.lowest, effect.highest, effect.size) == (100, 0, 100)
-    names = Names("title", [], [], [])
+    names = BatchNames("title", [], [], [])
     tally = Tally(samples=4, lowest=[[2, 2], [2, 2], [0, 0]], highest=[[2, 2], [2, 1], [2, 1]])
     varies = [uniform(0, 1), uniform(0, 1, "load"), uniform(0, 1, "noise")]
     batch = Batch(Document("x.yaml", "", {"scenario": "t"}, Node(None)), varies, 7)
@@ -241,7 +241,7 @@ def test_the_worst_say_what_they_miss():
 
 def test_2000_samples_are_what_a_plan_has():
     assert CertifyOptions() == CertifyOptions(
-        2000, None, 1, None, 3, record=False, state=None, keep=None, progress=None, remark=None
+        2000, None, 1, None, 3, record=False, state=None, save_state=None, progress=None, remark=None
     )
 
 
@@ -427,7 +427,7 @@ def test_a_state_is_kept_now_and_then_and_at_the_end(monkeypatch, cluster, minut
     monkeypatch.setattr(certify_module, "key_of", lambda _: "key")
     monkeypatch.setattr(certify_module, "state_text", lambda progress, _: progress.tally.samples)
     monkeypatch.setattr(certify_module, "time", SimpleNamespace(monotonic=lambda: clock[min(len(shares), 7) - 1]))
-    plan = CertifyOptions(len(minutes), keep=states.append, progress=shares.append, cluster=cluster)
-    tally = certify_module.run_samples(None, Names("x", [], [], []), [], plan)
+    plan = CertifyOptions(len(minutes), save_state=states.append, progress=shares.append, cluster=cluster)
+    tally = certify_module.run_samples(None, BatchNames("x", [], [], []), [], plan)
     assert (states, tally.samples, shares[-1]) == (kept, len(minutes), 1.0)
     assert shares[0] == 1 / len(minutes)

@@ -89,7 +89,7 @@ def records_after(run):
     groups += (plc.states, plc.aux, net.signal_values, held.plants, held.channels, held.signal_values, held.outputs)
     used = max((plant.delay + plant.length for plant in net.plants), default=0)
     found = [[values_of(record) for record in group] for group in (*groups, held.benefits)]
-    return [*found, list(net.delay[:used]), list(held.delay[:used]), net.parts, run.zero]
+    return [*found, list(net.delay[:used]), list(held.delay[:used]), net.parts, run.start_step]
 
 
 def assert_alike(job, monkeypatch, *, alone=(), order=(3, 0, 4, 3)):

@@ -192,7 +192,7 @@ def test_a_block_that_went_with_an_earlier_one_is_not_run_again():
 def without_doubles(self, due, ready):
     """As if nobody helped a slow worker."""
     first = REAL_NEXT(self, due, ready)
-    return None if first in [task.first for task in self.tasks.values()] else first
+    return None if first in [task.first_sample for task in self.tasks.values()] else first
 
 
 REAL_NEXT = cluster.Fleet.next_block
@@ -390,10 +390,10 @@ def test_blocks_are_handed_out_one_after_the_other_and_then_once_more(fake):
 
 def test_no_more_than_four_blocks_a_worker_are_ready_before_an_earlier_one(fake):
     fleet = fake.fleet
-    fleet.accepted_workers, fleet.next_first = {"a"}, 16
+    fleet.accepted_workers, fleet.next_sample = {"a"}, 16
     assert fleet.next_block(0, dict.fromkeys((16, 32, 48, 64))) == 80
-    assert fleet.next_first == 96
-    fleet.next_first = 16
+    assert fleet.next_sample == 96
+    fleet.next_sample = 16
     assert fleet.next_block(0, dict.fromkeys((16, 32, 48, 64, 80))) is None
 
 
@@ -402,14 +402,14 @@ def test_a_block_goes_to_an_accepted_worker_that_has_none(fake):
     fleet.accepted_workers = {"a", "b", "c"}
     fake.has("b", 96)
     fake.sent.clear()
-    fleet.next_first = 64
+    fleet.next_sample = 64
     fleet.hand_blocks_out(0, {})
     sizes = (1, 2, 3, 4)
     assert fake.sent == [
         (cluster.run_block, ("job", 64, 80, sizes), ["a"]),
         (cluster.run_block, ("job", 80, 96, sizes), ["c"]),
     ]
-    assert {worker: task.first for worker, task in fleet.tasks.items()} == {"a": 64, "b": 96, "c": 80}
+    assert {worker: task.first_sample for worker, task in fleet.tasks.items()} == {"a": 64, "b": 96, "c": 80}
 
 
 def test_a_block_that_three_workers_end_with_is_named(fake):
@@ -487,15 +487,15 @@ def test_what_a_worker_brings(fake):
     assert fake.brings("a", 16, "block") == [(16, "block")]
     assert fake.brings("a", None, {"x": "1"}) == []
     assert (fleet.accepted_workers, fleet.refused_workers, fake.remarks) == ({"a"}, {}, [])
-    fleet.looked_at = 7.0
+    fleet.last_look_at = 7.0
     assert fake.brings("b", None, {"x": "2"}) == []
-    assert (fleet.accepted_workers, fleet.refused_workers, fleet.looked_at) == ({"a"}, {"b": "x 2 and not 1"}, 0.0)
+    assert (fleet.accepted_workers, fleet.refused_workers, fleet.last_look_at) == ({"a"}, {"b": "x 2 and not 1"}, 0.0)
     assert fake.remarks == ["worker b is left out: x 2 and not 1"]
     assert fake.brings("c", None, error=ModuleNotFoundError("no pidcfg")) == []
     assert fleet.refused_workers["c"] == "it cannot run this pidcfg: ModuleNotFoundError: no pidcfg"
-    fleet.looked_at = 7.0
+    fleet.last_look_at = 7.0
     assert fake.brings("a", 32, error=lost, status="lost") == []
-    assert (fleet.lost_blocks, fleet.looked_at) == ([32], 0.0)
+    assert (fleet.lost_blocks, fleet.last_look_at) == ([32], 0.0)
     assert fake.brings("a", None, error=lost, status="error") == []
     assert (fleet.lost_blocks, fleet.tasks, fleet.workers) == ([32], {}, {})
     for error, status in ((lost, "error"), (MemoryError("no room"), "error")):
@@ -512,10 +512,10 @@ def test_a_block_that_comes_twice_counts_once_and_an_early_one_waits(fake, monke
     monkeypatch.setattr(cluster.Fleet, "look_at_workers", lambda _: None)
     monkeypatch.setattr(cluster.Fleet, "receive_blocks", lambda _: coming.pop(0))
     fake.fleet.samples = 48
-    progress = SimpleNamespace(tally=SimpleNamespace(end=0), ahead={})
+    progress = SimpleNamespace(tally=SimpleNamespace(end=0), early_blocks={})
     assert list(fake.fleet.run_blocks(progress)) == [[], ["samples", tallies[16]], [tallies[32]]]
     assert coming == []
-    assert progress.ahead == {}
+    assert progress.early_blocks == {}
 
 
 def test_a_local_cluster_has_workers_of_one_thread(monkeypatch):

@@ -43,7 +43,7 @@ from pidcfg.sim.engine.compile import (
     reachable_kernels,
     record_array,
     record_type,
-    say_not_kept,
+    warn_not_kept,
 )
 from pidcfg.sim.engine.recording import Recording
 
@@ -190,7 +190,7 @@ class Point:
 
 
 def test_records_carry_every_field_there_and_back():
-    points = Rows.of([Point(0.1, 3), Point(-2.5, -(2**60))])
+    points = Rows.from_objects([Point(0.1, 3), Point(-2.5, -(2**60))])
     points.array["x"] += 1.0
 
     assert record_type(Point) == np.dtype([("x", np.float64), ("n", np.int64)])
@@ -221,7 +221,7 @@ def moves(start: int, group: Group[Item], more: MutableSequence[float]) -> int:
 
 
 def test_a_compiled_kernel_is_called_with_what_lies_in_arrays_and_groups_of_it_and_writes_there():
-    points, numbers = Rows.of([Point(0.5, 1), Point(0.0, 2**60)]), array("d", [1.0])
+    points, numbers = Rows.from_objects([Point(0.5, 1), Point(0.0, 2**60)]), array("d", [1.0])
     group = Group(2, points, array("d", [1.0]), numbers, array("q", [3]), [])
     more = array("d", [0.0, 1.0])
 
@@ -276,7 +276,7 @@ def test_the_cache_key_follows_how_it_is_compiled(monkeypatch):
 def kernels(monkeypatch, tmp_path):
     """The folder of compiled kernels, empty."""
     monkeypatch.setenv("PIDCFG_CACHE_DIR", str(tmp_path))
-    say_not_kept.cache_clear()
+    warn_not_kept.cache_clear()
     return tmp_path / "kernels"
 
 
@@ -388,7 +388,7 @@ def test_a_folder_of_somebody_else_gives_and_gets_nothing(kernels, monkeypatch):
 
 
 def test_where_nothing_can_be_kept_kernels_run(monkeypatch, tmp_path):
-    say_not_kept.cache_clear()
+    warn_not_kept.cache_clear()
     blocked = tmp_path / "file"
     blocked.write_text("")
     monkeypatch.setenv("PIDCFG_CACHE_DIR", str(blocked))

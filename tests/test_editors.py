@@ -21,7 +21,7 @@ import pidcfg
 from editor import NODE, LanguageServer, in_node, needs_node, needs_server
 from pidcfg.cli import lsp
 from pidcfg.cli.commands.schema import SCENARIO, SETTINGS_NAME, document_schema
-from pidcfg.output.json_schemas import OUTPUTS
+from pidcfg.output.json_schemas import OUTPUT_SCHEMAS
 from pidcfg.schemas.base import Parser
 from pidcfg.schemas.document import models_of
 from pidcfg.schemas.scenario import Scenario
@@ -148,7 +148,7 @@ def readers():
 @cache
 def schemas():
     """All that ``pidcfg schema`` prints."""
-    return {name: document_schema(name) for name in (*VENDORS, SCENARIO, SETTINGS_NAME, *OUTPUTS)}
+    return {name: document_schema(name) for name in (*VENDORS, SCENARIO, SETTINGS_NAME, *OUTPUT_SCHEMAS)}
 
 
 @cache

@@ -19,7 +19,7 @@ from pidcfg.text.paths import dotted_text, given_fields, has_key, is_given, leav
 from pidcfg.text.source import read_document
 from pidcfg.text.writer import yaml_text
 from pidcfg.validate.baseline import compare, entry_of, may_be_in_baseline, suppress
-from pidcfg.validate.fixes import with_values
+from pidcfg.validate.fixes import replace_values
 from pidcfg.validate.schema import _rename_key, key_edit, value_edit
 
 # --- What covers a finding covers it after every edit that does not touch its loop, and no other one instead ----------
@@ -262,7 +262,7 @@ GAIN, RATE, RESET = (("loops", 0, "tuning", key) for key in ("gain", "rate", "re
 @pytest.mark.parametrize("mark", ["", "\N{ZERO WIDTH NO-BREAK SPACE}"])
 def test_a_key_that_is_not_there_goes_behind_its_neighbour(text, values, written, mark):
     data = (mark + text).encode()
-    made = with_values(data, read_document(data, "a.yaml"), values, dict.fromkeys((RATE, RESET), GAIN))
+    made = replace_values(data, read_document(data, "a.yaml"), values, dict.fromkeys((RATE, RESET), GAIN))
     assert made.decode() == mark + written
 
 

@@ -46,7 +46,7 @@ ALL = list(VENDORS)
 def pages(text, *, vendor=None, loop=False, starts=()):
     """The explanations of a thing."""
     return explain_question(
-        Question.of(text, at_example=loop, starts=tuple(starts)), [vendor] if vendor else ALL, all_decisions
+        Question.parse(text, at_example=loop, starts=tuple(starts)), [vendor] if vendor else ALL, all_decisions
     )
 
 
@@ -401,7 +401,7 @@ def test_every_rule_that_a_meaning_names_exists():
 
 
 @pytest.mark.parametrize(
-    ("vendor", "example"), [(key, row[1]) for key in ALL for row in VENDORS[key].load("explainer").forms]
+    ("vendor", "example"), [(key, row[1]) for key in ALL for row in VENDORS[key].load("explainer").examples]
 )
 def test_every_form_that_is_offered_works(vendor, example):
     args = example.split()
@@ -1080,11 +1080,11 @@ def test_a_bit_of_v7642_that_the_manual_does_not_list_is_named():
 
 def test_a_key_may_be_asked_for_with_blanks():
     found, other = (
-        explain_question(Question.of(name), list(VENDORS), all_decisions) for name in ("bias freeze", "bias_freeze")
+        explain_question(Question.parse(name), list(VENDORS), all_decisions) for name in ("bias freeze", "bias_freeze")
     )
     assert found[: len(other)] == other
     with pytest.raises(QuestionError, match="nothing is known of 'no such thing'"):
-        explain_question(Question.of("no such thing"), list(VENDORS), all_decisions)
+        explain_question(Question.parse("no such thing"), list(VENDORS), all_decisions)
 
 
 @pytest.mark.parametrize("vendor", [None, "click"])

@@ -24,7 +24,7 @@ from pidcfg.cli.formats.findings import Findings
 from pidcfg.cli.formats.runs import render_runs
 from pidcfg.cli.main import cli
 from pidcfg.output.findings import finding_data
-from pidcfg.output.json_schemas import OUTPUTS
+from pidcfg.output.json_schemas import OUTPUT_SCHEMAS
 from pidcfg.sim.judgement.report import STANDING_KINDS, Note, Report
 from pidcfg.study.outcome import Outcome
 from pidcfg.text.diagnostics import START, Diagnostic, Edit, Severity, Span, without_word
@@ -201,7 +201,7 @@ def test_sarif_carries_fixes():
 # --- names and fingerprints ------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("variable", basics.CHECKOUTS)
+@pytest.mark.parametrize("variable", basics.CHECKOUT_VARIABLES)
 def test_names_are_relative_to_the_checkout_that_ci_names(folder, monkeypatch, variable):
     (folder / "loops").mkdir()
     monkeypatch.chdir(folder / "loops")
@@ -828,7 +828,7 @@ RUNS = re.findall(r"```console\n\$ (pidcfg [^\n]*)\n", PAGE)
 
 def test_the_page_names_every_format_and_schema():
     assert {line.split("--format ")[1].split()[0] for line in RUNS} >= {"concise", "sarif", "github", "gitlab", "junit"}
-    for name in OUTPUTS:
+    for name in OUTPUT_SCHEMAS:
         assert f"[`pidcfg schema {name}`](schemas/{name}.schema.json)" in PAGE
 
 

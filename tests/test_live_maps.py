@@ -705,7 +705,7 @@ def test_served_pulled_and_recorded(desk, vendor, tmp_path):
     for loop in plc.run.plc.loops:
         assert {f"{loop}.{signal}" for signal in ("PV", "SP", "OUT", "MODE")} <= set(header)
     row = dict(zip(header, values, strict=True))
-    signals, names = plc.run.net.signal_values, plc.run.net.names
+    signals, names = plc.run.net.signal_values, plc.run.net.slots
     loop = plc.run.plc.loops[0]
     assert float(row[f"{loop}.PV"]) == pytest.approx(signals[names[f"{loop}.PV"]], abs=0.1)
     assert row[f"{loop}.MODE"] == "auto"

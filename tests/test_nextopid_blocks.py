@@ -766,7 +766,7 @@ def test_all_blocks_are_the_same_compiled_to_the_last_bit():
             signals += block.signal_values[7:-7]
         states, aux = [State() for _ in configs], [UNTOUCHED] * (100 * len(configs))
         more = [rng.uniform(-20, 120) for _ in range(997)], [signals[c.base + 1] for c in configs], outs
-        other = Rows.of(states)
+        other = Rows.from_objects(states)
         arrays = record_array(configs, Config), other.array, vector(aux), vector(signals)
         fast(*arrays, *map(vector, more), vector(moved))
         drive(configs, states, aux, signals, *more, moved)

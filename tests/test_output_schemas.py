@@ -13,12 +13,12 @@ import jsonschema
 from click.testing import CliRunner
 
 from pidcfg.cli.main import cli
-from pidcfg.output.json_schemas import OUTPUTS, output_schema
+from pidcfg.output.json_schemas import OUTPUT_SCHEMAS, output_schema
 from pidcfg.vendors import VENDORS
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES = ROOT / "examples"
-SCHEMAS = {name: jsonschema.Draft202012Validator(output_schema(name)) for name in OUTPUTS}
+SCHEMAS = {name: jsonschema.Draft202012Validator(output_schema(name)) for name in OUTPUT_SCHEMAS}
 CONFIGURATIONS = sorted(p for p in EXAMPLES.glob("*/*.yaml") if ".scenario" not in p.name)
 
 
@@ -51,7 +51,7 @@ def objects(schema):
         yield from objects(part)
 
 
-@pytest.mark.parametrize("name", OUTPUTS)
+@pytest.mark.parametrize("name", OUTPUT_SCHEMAS)
 def test_schemas_are_sound_and_closed(name):
     schema = output_schema(name)
     jsonschema.Draft202012Validator.check_schema(schema)
@@ -64,12 +64,12 @@ def test_schemas_are_sound_and_closed(name):
             assert "$ref" in key or key["description"]
 
 
-@pytest.mark.parametrize("name", OUTPUTS)
+@pytest.mark.parametrize("name", OUTPUT_SCHEMAS)
 def test_schemas_are_printed_and_published(name):
     printed = CliRunner().invoke(cli, ["schema", name]).stdout
     assert json.loads(printed) == output_schema(name)
     assert (ROOT / "docs" / "schemas" / f"{name}.schema.json").read_text("utf-8") == printed
-    assert f"{name:<16} what pidcfg {OUTPUTS[name][1]} prints\n" in CliRunner().invoke(cli, ["schema"]).stdout
+    assert f"{name:<16} what pidcfg {OUTPUT_SCHEMAS[name][1]} prints\n" in CliRunner().invoke(cli, ["schema"]).stdout
 
 
 def leaves(document, path=()):

@@ -18,7 +18,7 @@ from pidcfg.sim.engine.compile import Rows, call_on_arrays, native_single, recor
 
 
 def test_what_compiled_code_has_written_comes_back():
-    states = Rows.of([State(sp=1.5, status=2), State(sp=-3.0, due=1 << 40)])
+    states = Rows.from_objects([State(sp=1.5, status=2), State(sp=-3.0, due=1 << 40)])
     assert states.array["sp"].tolist() == [1.5, -3.0]
     assert states.array["due"].tolist() == [0, 1 << 40]
 
@@ -50,18 +50,18 @@ def doubled(k: int, values: MutableSequence[float], states: MutableSequence[Stat
 
 
 def test_a_function_of_arrays_is_called_with_what_lies_in_them():
-    values, states = array("d", [1.0, 2.5]), Rows.of([State(sp=1.0), State(sp=2.0)])
+    values, states = array("d", [1.0, 2.5]), Rows.from_objects([State(sp=1.0), State(sp=2.0)])
     assert call_on_arrays(doubled, doubled, {})(3, values, states) == 5
     assert (values.tolist(), [state.sp for state in states]) == ([2.0, 5.0], [3.0, 7.0])
 
 
 def test_what_lies_in_no_array_is_refused_since_nobody_would_see_what_is_written():
     with pytest.raises(TypeError, match="lies in no array"):
-        call_on_arrays(doubled, doubled, {})(3, [1.0], Rows.of([State()]))
+        call_on_arrays(doubled, doubled, {})(3, [1.0], Rows.from_objects([State()]))
 
 
 def test_objects_in_an_array_are_written_from_either_side():
-    states = Rows.of([State(sp=1.5, status=2), State(sp=-3.0, due=1 << 40)])
+    states = Rows.from_objects([State(sp=1.5, status=2), State(sp=-3.0, due=1 << 40)])
     assert call_on_arrays(doubled, doubled, {})(0, array("d", [0.25, 2.0]), states) == 2
     assert [state.sp for state in states] == [2.0, 1.0]
     assert states[1].due == 1 << 40
@@ -73,11 +73,11 @@ def test_objects_in_an_array_are_written_from_either_side():
 
 
 def test_copies_of_objects_in_an_array_lie_in_another():
-    states = Rows.of([State(sp=1.5)])
-    more = Rows.of(states)
+    states = Rows.from_objects([State(sp=1.5)])
+    more = Rows.from_objects(states)
     more[0].sp = 7.0
     assert (states[0].sp, more[0].sp) == (1.5, 7.0)
-    assert Rows.of([]) == []
+    assert Rows.from_objects([]) == []
 
 
 class Pair(NamedTuple):
@@ -93,13 +93,13 @@ def raised(k: int, pair: Pair) -> int:
 
 
 def test_a_group_that_lies_in_arrays_has_the_same_ones_in_each_call():
-    pair, call = Pair(array("d", [1.0]), Rows.of([State(sp=1.0)])), call_on_arrays(raised, raised, {})
+    pair, call = Pair(array("d", [1.0]), Rows.from_objects([State(sp=1.0)])), call_on_arrays(raised, raised, {})
     call(0, pair)
     pair.values[0] = 3.0
     pair.states[0].sp = 20.0
     call(0, pair)
     assert (pair.states[0].sp, pair.values[0]) == (23.0, 7.0)
 
-    other = Pair(array("d", [5.0]), Rows.of([State()]))
+    other = Pair(array("d", [5.0]), Rows.from_objects([State()]))
     call(0, other)
     assert (pair.states[0].sp, other.states[0].sp) == (23.0, 5.0)

@@ -15,7 +15,7 @@ from pidcfg.text.diagnostics import Diagnostic, Severity, number_of
 from pidcfg.text.reader import Limits
 from pidcfg.text.references import Decision, Manual
 from pidcfg.text.source import read_document
-from pidcfg.validate import TABLE_FILE, list_texts, table_of, text_by_code, texts
+from pidcfg.validate import TABLE_FILE, list_texts, rule_texts, table_of, text_by_code
 from pidcfg.validate.catalog import (
     CODE_PATTERN,
     COMMON_GROUP,
@@ -30,7 +30,7 @@ from pidcfg.validate.catalog import (
     text_of,
 )
 from pidcfg.validate.engine import check_document
-from pidcfg.validate.rule import READING, SCHEMA, SUPPRESSION, Rule
+from pidcfg.validate.rule import IGNORE_RULES, READING_RULES, SCHEMA_RULES, Rule
 from pidcfg.validate.rules import collect_rules
 from pidcfg.vendors import VENDORS
 from shell import captured
@@ -51,7 +51,7 @@ FROM_THE_COMMAND = {"PID040"}
 
 RULES = {code: rule for vendor in VENDORS.values() for code, rule in vendor.load("rules").items()}
 """The rules of all vendors; those for every vendor are in each vendor's table, and once here."""
-EXPLAINED = [*READING, *SCHEMA, *SUPPRESSION, *RULES.values()]
+EXPLAINED = [*READING_RULES, *SCHEMA_RULES, *IGNORE_RULES, *RULES.values()]
 
 
 def check(text):
@@ -104,7 +104,7 @@ def test_every_rule_has_a_failing_line_and_a_neighbour_that_passes(rule):
     assert any(code == rule.code for text in texts for _, code in marks(text, "ok"))
 
 
-@pytest.mark.parametrize("rule", [*READING, *SCHEMA], ids=lambda rule: rule.code)
+@pytest.mark.parametrize("rule", [*READING_RULES, *SCHEMA_RULES], ids=lambda rule: rule.code)
 def test_every_code_of_reading_and_schema_has_a_case(rule):
     if rule.code in NOT_TEXT:
         assert [d.code for d in check(NOT_TEXT[rule.code])] == [rule.code]
@@ -114,9 +114,9 @@ def test_every_code_of_reading_and_schema_has_a_case(rule):
 
 def test_codes_are_unique():
     rules = {
-        *READING,
-        *SCHEMA,
-        *SUPPRESSION,
+        *READING_RULES,
+        *SCHEMA_RULES,
+        *IGNORE_RULES,
         *(rule for vendor in VENDORS.values() for rule in vendor.load("rules").values()),
     }
 
@@ -125,7 +125,7 @@ def test_codes_are_unique():
 
 @pytest.mark.parametrize("vendor", VENDORS.values(), ids=lambda vendor: vendor.key)
 def test_a_vendor_names_every_rule_differently(vendor):
-    rules = [*READING, *SCHEMA, *vendor.load("rules").values()]
+    rules = [*READING_RULES, *SCHEMA_RULES, *vendor.load("rules").values()]
 
     assert len({rule.name for rule in rules}) == len(rules)
 
@@ -391,7 +391,7 @@ def test_a_finding_may_be_ignored_unless_its_rule_forbids_it_and_it_is_an_error(
 def test_a_text_that_cannot_be_read_is_unusable_and_nothing_else():
     found = {code for code in find_rules() if is_unusable(Diagnostic(code, Severity.ERROR, "", ""))}
 
-    assert found == {rule.code for rule in READING} | {"PID041", "PID066"}
+    assert found == {rule.code for rule in READING_RULES} | {"PID041", "PID066"}
 
 
 @pytest.mark.parametrize("vendor", VENDORS)
@@ -406,7 +406,7 @@ def test_every_rule_of_a_vendor_is_in_its_list(vendor):
 
 def test_the_table_of_texts_is_that_of_the_rules():
     told = {code: text_of(rule) for code, rule in find_rules().items()}
-    assert texts() == told, "python tasks.py generate pages"
+    assert rule_texts() == told, "python tasks.py generate pages"
     assert TABLE_FILE.read_text("utf-8") == table_of(list(told.values()))
     assert [text_by_code(code) for code in told] == [*told.values()]
     assert text_by_code("DL2") is text_by_code("") is text_by_code('DL242", "') is None

@@ -47,7 +47,7 @@ def test_plants_in_a_list_have_names_and_are_connected_by_expressions():
     text = "plants:\n  - {name: p, model: dead_time, input: A.OUT + 1}\nconnect: {A.PV: p * 2, B.PV: p}\n"
     net = prepare_network(scenario(text), Controller.load())
     assert not net.problems
-    assert net.names["p"] == net.plants[0].measured
+    assert net.slots["p"] == net.plants[0].measured
     assert [channel.target for channel in net.channels] == [0, 5]
 
 

@@ -121,7 +121,7 @@ def test_a_click_shows_its_mode_in_the_bits_that_may_tell_it():
 def test_signals_and_registers_say_the_same():
     plc = virtual("click")
     plc.advance(500)
-    signals, names = plc.run.net.signal_values, plc.run.net.names
+    signals, names = plc.run.net.signal_values, plc.run.net.slots
     assert number(plc, DF113) == pytest.approx(signals[names["TANK1.PV"]], rel=1e-6)
     assert number(plc, DF109) == pytest.approx(signals[names["TANK1.CO"]], rel=1e-6)
     assert number(plc, DF101) == 140
@@ -131,7 +131,7 @@ def test_signals_and_registers_say_the_same():
     name = plc.run.plc.loops[2]
     low, high, span = plc.run.plc.scales[2]
     assert low + counts * (high - low) / span == pytest.approx(
-        plc.run.net.signal_values[plc.run.net.names[f"{name}.PV"]]
+        plc.run.net.signal_values[plc.run.net.slots[f"{name}.PV"]]
     )
     assert plc.read("holding", LIC + 6, 1) == [AUTO]
 
@@ -331,7 +331,7 @@ def test_a_trend_has_what_the_registers_say(desk):
     values = dict(zip(header, line, strict=True))
     assert result.rows == 1
     assert {name: text for name, text in values.items() if name != "time"} == rows[0]
-    signals, names = plc.run.net.signal_values, plc.run.net.names
+    signals, names = plc.run.net.signal_values, plc.run.net.slots
     for loop in plc.run.plc.loops:
         assert float(values[f"{loop}.PV"]) == pytest.approx(signals[names[f"{loop}.PV"]], abs=0.05)
         assert float(values[f"{loop}.OUT"]) == pytest.approx(signals[names[f"{loop}.OUT"]], abs=0.05)

@@ -28,15 +28,15 @@ from pidcfg.output.conversion import verified_data
 from pidcfg.study.verification.comparison import CountSizes
 from pidcfg.study.verification.comparison import find_differences as compared
 from pidcfg.study.verification.stand_in import Rules, make_stand_in
-from pidcfg.study.verification.twin import _find_answer, _is_said, drop_losses, replace_fields, replace_rules
+from pidcfg.study.verification.twin import _find_answer, _is_listed, drop_losses, replace_fields, replace_rules
 from pidcfg.study.verification.verify import (
     Battery,
     hidden_fields,
     make_reference,
     make_side,
     tolerance_of,
-    unsaid_numbers,
-    unsaid_rules,
+    unreported_numbers,
+    unreported_rules,
     verify,
 )
 from pidcfg.text.paths import set_value
@@ -66,7 +66,7 @@ def differences(source, operation=None):
     """Where a configuration and its stand-in differ, with the rules of its PLC or with others."""
     side = make_side(source.vendor, source.config)
     own = source_of(source.vendor).operations(source.config)[0]
-    held = make_stand_in(side.loops, [Rules.of(side, 0, operation or own)])
+    held = make_stand_in(side.loops, [Rules.of_side(side, 0, operation or own)])
     reference = make_reference(held, 0, side.loop(0))
     tolerance = tolerance_of(held, 0, side, 0, reference.bench)
     yield from Battery(reference, side, 0, tolerance).find_differences()
@@ -161,13 +161,13 @@ TERMS = Terms("tuning.gain", Decimal(2), Decimal("2.02"))
 def test_a_line_explains_the_number_that_it_says_and_no_other(path, before, after, row, said):
     change = Change(path, row.pop("kind"), before, row.pop("target", None), **row)
     one, two = (None if value is None else Decimal(value) for value in (before, after))
-    assert _is_said(path, one, two, two, change) is said
+    assert _is_listed(path, one, two, two, change) is said
 
 
 def test_a_choice_is_another_one_where_it_is_lost_alone():
     lost, assumed = (Change("DerivEr", kind, False, None) for kind in ("dropped", "assumed"))
-    assert _is_said("tuning.derivative_on", "pv", "error", "error", lost)
-    assert not _is_said("tuning.derivative_on", "pv", "error", "error", assumed)
+    assert _is_listed("tuning.derivative_on", "pv", "error", "error", lost)
+    assert not _is_listed("tuning.derivative_on", "pv", "error", "error", assumed)
 
 
 def test_fields_of_a_neutral_loop_are_changed_and_taken_away():
@@ -467,11 +467,11 @@ loops:
 def test_a_number_that_no_line_makes_another_one_is_told_whatever_the_stages_show(path, value, number):
     one = Conversion.of(check_text(RANGED), "ezlogix", "ranged")
     sides = one.sides(one.result)
-    assert list(unsaid_numbers(sides.target_model.loops[0], sides.target.loops[0])) == []
+    assert list(unreported_numbers(sides.target_model.loops[0], sides.target.loops[0])) == []
     data = deepcopy(one.outcome.data)
     set_value(data, ("loops", 0, *path), value)
     sides = one.sides(checked(data))
-    found = [row.signal for row in unsaid_numbers(sides.target_model.loops[0], sides.target.loops[0])]
+    found = [row.signal for row in unreported_numbers(sides.target_model.loops[0], sides.target.loops[0])]
     assert number in found
 
 
@@ -485,10 +485,10 @@ def test_a_number_that_no_line_makes_another_one_is_told_whatever_the_stages_sho
 )
 def test_a_rule_that_no_line_names_is_told(target, path, value, rule):
     one = Conversion.of(check_text(RANGED), target, "ranged")
-    assert list(unsaid_rules(one.sides(one.result), 0, 0)) == []
+    assert list(unreported_rules(one.sides(one.result), 0, 0)) == []
     data = deepcopy(one.outcome.data)
     set_value(data, ("loops", 0, *path), value)
-    found = [row.signal for row in unsaid_rules(one.sides(checked(data)), 0, 0)]
+    found = [row.signal for row in unreported_rules(one.sides(checked(data)), 0, 0)]
     assert found == ([rule] if rule else [])
 
 

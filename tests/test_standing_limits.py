@@ -10,7 +10,7 @@ from pidcfg.schemas.scenario import ForbiddenMode
 from pidcfg.sim.judgement import evidence as watch
 from pidcfg.sim.judgement import standing as signals
 from pidcfg.sim.judgement.evidence import Look, aim_meter
-from pidcfg.sim.judgement.expect import NO_STEP, MeasuredRun, place_verdict, verdict
+from pidcfg.sim.judgement.expect import NO_STEP_TEXT, MeasuredRun, place_verdict, verdict
 from pidcfg.sim.judgement.meters import Gauge, Meter, Onset
 from pidcfg.sim.judgement.report import Range
 from pidcfg.sim.judgement.standing import (
@@ -407,7 +407,7 @@ VERDICTS = [
         None,
         False,
         None,
-        f"B rise_time at most 3 s (nothing was measured: {NO_STEP})",
+        f"B rise_time at most 3 s (nothing was measured: {NO_STEP_TEXT})",
     ),
     (
         "loop: B, metric: iae, max: 3",

@@ -267,7 +267,7 @@ def test_an_event_on_the_set_point_begins_a_step(vendor, own):
 @every_vendor
 def test_explain_knows_what_it_offers_and_the_gains_of_a_file(vendor, folder):
     book, tuned = vendor.load("explainer"), vendor.load("tuned")
-    for _, example in book.forms:
+    for _, example in book.examples:
         assert vendor.title in run("explain", *example.split(), "--vendor", vendor.key)
     for name in tuned.names:
         (one, *_) = json.loads(run("explain", name, "--in", "starter.yaml", "--format", "json"))["explanations"]

@@ -400,7 +400,7 @@ loops:
 """
 BENCH = Bench(
     low=0.0, high=200.0, sample=1.0, gain=100.0, time_constant=20.0, dead_time=1.0, rest_out=0.5, rest_pv=100.0,
-    alarm_free_range=(30.0, 150.0), sp_width=160.0, length=100.0, settling_time=10.0, manual_time=6.0,
+    alarm_free_range=(30.0, 150.0), sp_width=160.0, watch_time=100.0, settling_time=10.0, manual_time=6.0,
     slowest_sample=2.0, limits=(0.1, 0.9),
 )  # fmt: skip
 BATTERY = {
@@ -598,7 +598,7 @@ def test_what_a_stage_does_on_another_bench(bench, changes, differ):
 PLANT = {
     "low": 0, "high": 200, "sample": 1, "gain": 400, "time_constant": 256, "dead_time": 1, "rest_out": 0.5,
     "rest_pv": 90, "alarm_free_range": (30, 150), "sp_width": 160, "length": 160, "settling_time": 80,
-    "manual_time": 24, "slowest_sample": 1, "limits": (0, 1), "band_crossing": 2.0, "least_move": 0.0,
+    "manual_time": 24, "slowest_sample": 1, "limits": (0, 1), "band_crossing": 2.0, "min_move": 0.0,
 }  # fmt: skip
 """The bench of the loop L: it crosses over at 1/16 rad/s, a quarter of 1 in 2 samples and the filter of 2 s."""
 
@@ -701,7 +701,7 @@ def side(**columns):
     parts = {name: columns.pop(name, [(0, value)]) for name, value in at_rest.items()}
     alarms = {name: course(*states) for name, states in columns.pop("alarms", {}).items()}
     shown = {name: course(*changes) for name, changes in parts.items()}
-    return Trial(**shown, period=columns.get("period", 1.0), cascades=columns.get("cascades", True), alarms=alarms)
+    return Trial(**shown, period=columns.get("period", 1.0), has_cascade=columns.get("cascades", True), alarms=alarms)
 
 
 def apart_at(stage, one, two, **tolerance):
@@ -961,7 +961,7 @@ def test_a_stage_as_one_side_goes_through_it():
     """Dead time 1 s, time constant 20 s; the PV is shown as the loop's own filter of 2 s gives it."""
     one, stages = alone(), battery()
     manual = run_stage(one, 1, stages["manual"], BENCH, before_root=False)
-    assert (len(manual.pv), manual.period, manual.cascades, {*manual.modes}) == (37, 1.0, False, {"manual"})
+    assert (len(manual.pv), manual.period, manual.has_cascade, {*manual.modes}) == (37, 1.0, False, {"manual"})
     ends = course((0, 0.5), (6, 0.42), (16, 0.58), count=37)
     assert manual.output == [pytest.approx(share) for share in ends]
     assert manual.setpoint == course((0, 90.0), (1, 100.0), count=37)

@@ -21,7 +21,7 @@ from pidcfg.study.verification.trial import _modes_by_sample as modes_of
 from pidcfg.study.verification.trial import _sample_at as sample_at
 from pidcfg.study.verification.trial import _square_root as root_of
 from pidcfg.study.verification.trial import companion_loops, loops_of, master_of, names_of, scenario_data, slaves_of
-from pidcfg.study.verification.twin import field_of, key_of
+from pidcfg.study.verification.twin import explaining_key, field_of
 from pidcfg.study.verification.verify import make_side
 from pidcfg.vendors import VENDORS
 from test_verify import BENCH, lower_loop
@@ -90,7 +90,7 @@ def test_key_is_the_one_that_was_spoiled(target, path, value, seen, key):
     (loop,) = loops_of(source.config, source.vendor)
     stage, signal, before, after = seen
     difference = Difference(stage, signal, 1.0, before, after, (1,))
-    assert key_of(difference, loop, make_side(result.vendor, result.config), 0) == key
+    assert explaining_key(difference, loop, make_side(result.vendor, result.config), 0) == key
 
 
 GAIN = ("gain: 2, integral_time: 30, d", "gain: 3, integral_time: 30, d")

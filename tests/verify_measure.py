@@ -30,8 +30,8 @@ from pidcfg.study.verification.verify import (
     hidden_fields,
     make_reference,
     tolerance_of,
-    unsaid_numbers,
-    unsaid_rules,
+    unreported_numbers,
+    unreported_rules,
 )
 from pidcfg.text.reader import DEFAULT
 from pidcfg.text.source import read_document
@@ -286,8 +286,8 @@ class Conversion:
         step = max(root_step(sides.source, i), root_step(sides.target, j))
         reference = make_reference(sides.target_model, i, sides.target.loops[j], step)
         tolerance = tolerance_of(sides.target_model, i, sides.target, j, reference.bench)
-        found = next(unsaid_numbers(sides.target_model.loops[i], sides.target.loops[j]), None)
-        found = found or next(unsaid_rules(sides, i, j), None)
+        found = next(unreported_numbers(sides.target_model.loops[i], sides.target.loops[j]), None)
+        found = found or next(unreported_rules(sides, i, j), None)
         if found is None:
             found = next(Battery(reference, sides.target, j, tolerance).find_differences(), None)
         if found is None and source:

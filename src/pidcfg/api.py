@@ -550,13 +550,13 @@ def certify(
     from pidcfg.output.runs import CertifyResult
     from pidcfg.study.certification.certify import CertifyOptions, certify_document
     from pidcfg.study.certification.cluster import is_address
-    from pidcfg.study.certification.tally import MAX_WORST, StateError
+    from pidcfg.study.certification.tally import MAX_WORST_SAMPLES, StateError
     from pidcfg.validate.engine import document_of
 
     check_minimum(1, samples=samples, jobs=jobs)
     check_minimum(0, keep_worst=keep_worst)
-    if keep_worst > MAX_WORST:
-        raise ArgumentError(f"`keep_worst` is {keep_worst}; at most {MAX_WORST} are kept", "keep_worst")
+    if keep_worst > MAX_WORST_SAMPLES:
+        raise ArgumentError(f"`keep_worst` is {keep_worst}; at most {MAX_WORST_SAMPLES} are kept", "keep_worst")
     doc = document_of(source, name, files, limits)
     if cluster is not None and not is_address(cluster):
         advice = "write the address of a scheduler, as in tcp://127.0.0.1:8786, or local:2 for two workers here"

@@ -22,7 +22,7 @@ from pidcfg.sim.engine.compile import to_arrays
 from pidcfg.sim.engine.kernel import LOG_COLUMNS, Log, Loops, Meters, NoiseRows, Reference, World
 from pidcfg.sim.engine.kernel import Config as AnyConfig
 from pidcfg.sim.engine.kernel import State as AnyState
-from pidcfg.sim.engine.plants import UNSEEDED_WORDS, WORDS, Plant, seed_words
+from pidcfg.sim.engine.plants import STATE_WORDS, UNSEEDED_WORDS, Plant, seed_words
 from pidcfg.sim.judgement.meters import Band, Gauge, Meter
 
 if TYPE_CHECKING:
@@ -121,14 +121,14 @@ class Twin:
         """The compiled kernels, built once more with a clock inside."""
         plain = compilation.call_on_arrays
 
-        def clocked(function: Kernel, original: Kernel, vendor: Any) -> Kernel:
+        def clocked(function: Kernel, original: Kernel, classes: Any) -> Kernel:
             def timed(*arguments: Any) -> Any:
                 started = time.process_time()
                 result = function(*arguments)
                 self.seconds += time.process_time() - started
                 return result
 
-            return plain(timed, original, vendor)
+            return plain(timed, original, classes)
 
         compilation.call_on_arrays = clocked
         try:
@@ -191,7 +191,7 @@ class Twin:
         self, rows: int, column: int, columns: int, key: Any, state: Any, spare: Any, noise: Any
     ) -> int:
         """`pidcfg.sim.engine.plants.draw_normals`."""
-        if state[WORDS] == UNSEEDED_WORDS:
+        if state[STATE_WORDS] == UNSEEDED_WORDS:
             seed_words(key, state)
         places = [ctypes.c_void_p(x.buffer_info()[0]) for x in (state, spare, noise)]
         started = time.process_time()

@@ -122,7 +122,7 @@ def relative_path(file: str, folder: Path) -> str:
 # pathspec turns a line into a regular expression. It is asked for one entry at a time, whose folders are not left
 # out; so nothing below a folder that is left out can be taken back, as with git.
 
-MAX_LINES = 2000
+MAX_PATTERNS = 2000
 """Lines of a ``.gitignore``, and patterns of a settings file."""
 MAX_PATTERN_WAYS = 10_000
 """In which the ``**`` of a pattern may lie over the folders of a path."""
@@ -330,9 +330,9 @@ def _gitignore_patterns(folder: str, unused: Reasons) -> Iterable[Patterns]:
         unused.append((shown_path, f"cannot be read ({error.strerror}): what it names is not left out"))
         return
     lines = data.removeprefix(b"\xef\xbb\xbf").decode("utf-8", "surrogateescape").split("\n")
-    if len(data) > MAX_GITIGNORE or len(lines) > MAX_LINES:
+    if len(data) > MAX_GITIGNORE or len(lines) > MAX_PATTERNS:
         unused.append(
-            (shown_path, f"has more than {MAX_GITIGNORE} bytes or {MAX_LINES} lines: what it names is not left out")
+            (shown_path, f"has more than {MAX_GITIGNORE} bytes or {MAX_PATTERNS} lines: what it names is not left out")
         )
         return
     yield parse_patterns(_pattern_base(folder), shown_path, (line.removesuffix("\r") for line in lines), numbered=True)

@@ -23,8 +23,8 @@ from pidcfg.text.signs import closest_name
 
 # --- The keys of a settings file, and the JSON Schema for editors that is generated from them -------------------------
 
-PER_FILE, EXCLUDE = "per-file-ignores", "exclude"
-EXCLUDE_REASON = f"{EXCLUDE} of "
+PER_FILE_KEY, EXCLUDE_KEY = "per-file-ignores", "exclude"
+EXCLUDE_REASON = f"{EXCLUDE_KEY} of "
 """How the reason begins why a settings file leaves an entry out of a folder."""
 MAX_FILE_SIZE = 1 << 18
 """Bytes of a settings file; a byte of TOML takes up to 600 of memory."""
@@ -48,11 +48,11 @@ SETTINGS_KEYS = {
     "strict": Key("switch", "Exit 1 on warnings too.", "true"),
     "format": Key("format", "How the result is printed.", '"text"'),
     "baseline": Key("path", "A file of known findings, below the folder of the settings file.", '"known.json"'),
-    EXCLUDE: Key(
+    EXCLUDE_KEY: Key(
         "patterns", "What is left out of folders: lines of .gitignore, from the folder of the settings file.",
         '["archive/", "*.bak.yaml"]',
     ),
-    PER_FILE: Key(
+    PER_FILE_KEY: Key(
         "table", "Patterns of paths below the folder of the settings file, and the rules left out there.",
         '{"old/**" = ["DL222"]}',
     ),
@@ -68,8 +68,8 @@ REFUSED_KEYS = {
 """Keys that users may expect, and why they do not exist."""
 # fmt: on
 SEVERITIES = ("error", "warning", "info")
-ALIASES = {key.replace("-", "_"): key for key in SETTINGS_KEYS}
-OPTIONS = frozenset(SETTINGS_KEYS) - {PER_FILE}
+KEY_ALIASES = {key.replace("-", "_"): key for key in SETTINGS_KEYS}
+OPTION_KEYS = frozenset(SETTINGS_KEYS) - {PER_FILE_KEY}
 """Keys that are options of the command too."""
 
 
@@ -104,7 +104,7 @@ MAX_VALUE_LENGTH = 60
 """Characters of a value."""
 
 
-class _File(NamedTuple):
+class _SettingsFile(NamedTuple):
     """A settings file as complaints need it."""
 
     name: str
@@ -114,29 +114,29 @@ class _File(NamedTuple):
 
     def refuse(self, key: str, message: str, cure: str | None = None, value: str | None = None) -> NoReturn:
         """Ends the command with one error at a key, or at a text below it."""
-        line, column = locate(self.text, self.table, key, value)
+        line, column = locate_key(self.text, self.table, key, value)
         location = f":{line}:{column}" if line else ""
         raise click.ClickException(f"{self.name}{location}: {message}" + (f"; {cure}" if cure else ""))
 
 
 def check_table(table: object, name: str, text: str, table_name: str, root: Path) -> Data:
     """The settings of a table, as option values."""
-    file = _File(name, text, table_name, root)
+    file = _SettingsFile(name, text, table_name, root)
     if not isinstance(table, dict):
         file.refuse(table_name.rpartition(".")[2], f"[{table_name}] must be a table")
     return {key: _check_value(key, value, file) for key, value in table.items()}
 
 
-def _check_value(key: str, value: object, file: _File) -> object:
+def _check_value(key: str, value: object, file: _SettingsFile) -> object:
     row = SETTINGS_KEYS.get(key)
     if row is None:
-        near = ALIASES.get(key) or closest_name(key, SETTINGS_KEYS)
+        near = KEY_ALIASES.get(key) or closest_name(key, SETTINGS_KEYS)
         cure = f"did you mean {near}?" if near else f"known keys: {', '.join(SETTINGS_KEYS)}"
         file.refuse(key, f"unknown key {key!r}", REFUSED_KEYS.get(key, cure))
-    return CHECKS[row.kind](key, value, file)
+    return CHECK_BY_KIND[row.kind](key, value, file)
 
 
-def _check_codes(key: str, value: object, file: _File) -> list[str]:
+def _check_codes(key: str, value: object, file: _SettingsFile) -> list[str]:
     """Codes or their beginnings."""
     from pidcfg.validate import list_texts
     from pidcfg.validate.catalog import suggest_code
@@ -159,14 +159,14 @@ def _shorten(value: object) -> str:
     return text if len(text) <= MAX_VALUE_LENGTH else f"{text[:MAX_VALUE_LENGTH]}…"
 
 
-def _check_switch(key: str, value: object, file: _File) -> bool:
+def _check_switch(key: str, value: object, file: _SettingsFile) -> bool:
     if not isinstance(value, bool):
         file.refuse(key, f"{key} must be true or false, not {_shorten(value)}", f"write {key} = true, without quotes")
     return value
 
 
-def _choice_check(words: tuple[str, ...]) -> Callable[[str, object, _File], str]:
-    def choice(key: str, value: object, file: _File) -> str:
+def _choice_check(words: tuple[str, ...]) -> Callable[[str, object, _SettingsFile], str]:
+    def choice(key: str, value: object, file: _SettingsFile) -> str:
         if not isinstance(value, str) or value not in words:
             near = closest_name(value, words) if isinstance(value, str) else None
             cure = f"did you mean {near}?" if near else None
@@ -176,7 +176,7 @@ def _choice_check(words: tuple[str, ...]) -> Callable[[str, object, _File], str]
     return choice
 
 
-def _check_path(key: str, value: object, file: _File) -> str:
+def _check_path(key: str, value: object, file: _SettingsFile) -> str:
     """A path that stays below the folder of the settings file, links included."""
     if not isinstance(value, str) or not value:
         file.refuse(key, f"{key} must be the path of a file, not {_shorten(value)}")
@@ -189,7 +189,7 @@ def _check_path(key: str, value: object, file: _File) -> str:
     return relative_path(str(file.root / value), Path())
 
 
-def _check_patterns(key: str, value: object, file: _File) -> list[str]:
+def _check_patterns(key: str, value: object, file: _SettingsFile) -> list[str]:
     """Lines of ``.gitignore``."""
     from pidcfg.cli.inputs import pattern_fault
 
@@ -203,7 +203,7 @@ def _check_patterns(key: str, value: object, file: _File) -> list[str]:
     return value
 
 
-def _check_per_file(key: str, value: object, file: _File) -> dict[str, list[str]]:
+def _check_per_file(key: str, value: object, file: _SettingsFile) -> dict[str, list[str]]:
     """A table of patterns."""
     if not isinstance(value, dict):
         file.refuse(key, f"{key} must be a table of patterns", f"write {key} = {SETTINGS_KEYS[key].example}")
@@ -220,7 +220,7 @@ def _check_per_file(key: str, value: object, file: _File) -> dict[str, list[str]
     return {glob: _check_codes(glob, codes, file) for glob, codes in value.items()}
 
 
-CHECKS: dict[str, Callable[[str, object, _File], object]] = {
+CHECK_BY_KIND: dict[str, Callable[[str, object, _SettingsFile], object]] = {
     "codes": _check_codes,
     "switch": _check_switch,
     "severity": _choice_check(SEVERITIES),
@@ -231,13 +231,13 @@ CHECKS: dict[str, Callable[[str, object, _File], object]] = {
 }
 
 
-COMMENT = re.compile(r"""(\"(?:\\.|[^"\\\n])*"|'[^'\n]*')|#[^\n]*""")
+COMMENT_PATTERN = re.compile(r"""(\"(?:\\.|[^"\\\n])*"|'[^'\n]*')|#[^\n]*""")
 """A quoted text on one line, in which # begins nothing, or a comment."""
 
 
-def locate(text: str, table: str, key: str, value: str | None = None) -> tuple[int, int]:
+def locate_key(text: str, table: str, key: str, value: str | None = None) -> tuple[int, int]:
     """Line and column (1-based) of a key of a table, or of a text behind it; 0 where it does not occur."""
-    text = COMMENT.sub(lambda found: found[1] or " " * len(found[0]), text)
+    text = COMMENT_PATTERN.sub(lambda found: found[1] or " " * len(found[0]), text)
     begin = re.search(rf"^[ \t]*\[[ \t]*{re.escape(table)}\b", text, re.MULTILINE) if table else None
     start = begin.start() if begin else 0
     key_pattern = rf"(?:\"{re.escape(key)}\"|'{re.escape(key)}'|(?<![\w-]){re.escape(key)})"
@@ -270,7 +270,7 @@ TOML_TOKEN = re.compile(
 """A text, a dot, a word, blanks; what ends a key."""
 MAX_KEY_DOTS = 31
 """In the key of a settings file."""
-PARAMETERS = {"format": "fmt"}
+PARAMETER_BY_KEY = {"format": "fmt"}
 """Keys whose option is kept under another name."""
 
 
@@ -292,7 +292,7 @@ class Settings:
     @property
     def per_file_ignores(self) -> dict[str, list[str]]:
         """Patterns of files, and the beginnings of the codes that are left out in them."""
-        patterns: dict[str, list[str]] = self.values.get(PER_FILE, {})
+        patterns: dict[str, list[str]] = self.values.get(PER_FILE_KEY, {})
         return patterns
 
     def ignored_codes(self, file: str) -> list[str]:
@@ -322,9 +322,9 @@ def apply_settings(ctx: click.Context, param: click.Parameter, paths: tuple[str,
     settings = Settings() if isolated or not paths else settings_of([search_start(path) for path in paths], config)
     ctx.meta[SETTINGS_META] = settings
     ctx.meta[EXCLUSION_KEY] = Exclusion(
-        settings.root, f"{EXCLUDE_REASON}{settings.file}", tuple(settings.values.get(EXCLUDE, ()))
+        settings.root, f"{EXCLUDE_REASON}{settings.file}", tuple(settings.values.get(EXCLUDE_KEY, ()))
     )
-    options = {PARAMETERS.get(k, k): v for k, v in settings.values.items() if k in OPTIONS}
+    options = {PARAMETER_BY_KEY.get(k, k): v for k, v in settings.values.items() if k in OPTION_KEYS}
     ctx.default_map = {**(ctx.default_map or {}), **options}
     return paths
 
@@ -479,15 +479,17 @@ def describe_settings(ctx: click.Context) -> str:
     """Which file was used, and what holds now."""
     settings = current_settings(ctx)
     lines = [f"settings file: {settings.file or 'none'}"]
-    for key in sorted(OPTIONS):
-        name = PARAMETERS.get(key, key)
-        value = ctx.meta[EXCLUSION_KEY].patterns if key == EXCLUDE else ctx.params.get(name)
+    for key in sorted(OPTION_KEYS):
+        name = PARAMETER_BY_KEY.get(key, key)
+        value = ctx.meta[EXCLUSION_KEY].patterns if key == EXCLUDE_KEY else ctx.params.get(name)
         source = ctx.get_parameter_source(name)
         variable = next((option.envvar for option in ctx.command.params if option.name == name), None)
         origins = {"COMMANDLINE": "command line", "ENVIRONMENT": variable, "DEFAULT_MAP": settings.file}
         origin = origins.get(source.name if source else "")
         lines.append(f"{key} = {_to_toml(value)}" + (f"  # {origin}" if origin else ""))
-    lines += [f"{PER_FILE}.{_to_toml(glob)} = {_to_toml(codes)}" for glob, codes in settings.per_file_ignores.items()]
+    lines += [
+        f"{PER_FILE_KEY}.{_to_toml(glob)} = {_to_toml(codes)}" for glob, codes in settings.per_file_ignores.items()
+    ]
     return "\n".join(lines) + "\n"
 
 

@@ -75,7 +75,7 @@ def typed_digits(word: int) -> int | None:
 class Bcd:
     """Four BCD digits with an implied decimal point. ``off``: digits that switch it off, or do ``off_effect``."""
 
-    rounds: ClassVar[bool] = True
+    reports_rounding: ClassVar[bool] = True
     """Values are rounded to the last digit, which is worth reporting."""
     decimals: int
     off: tuple[int, ...] = ()
@@ -137,7 +137,7 @@ class Binary:
     high: int = WORD_MAX
 
     @property
-    def room(self) -> int:
+    def max_difference(self) -> int:
         """The largest difference that the word can hold."""
         return self.high
 
@@ -181,7 +181,7 @@ class SignMagnitude:
     high: int
 
     @property
-    def room(self) -> int:
+    def max_difference(self) -> int:
         """The largest difference that the word can hold."""
         return self.high
 
@@ -210,7 +210,7 @@ class SignMagnitude:
 class Implied:
     """A whole number with an implied point, ``least`` (negative: two's complement) to ``most``; `off` as `Bcd`."""
 
-    rounds: ClassVar[bool] = True
+    reports_rounding: ClassVar[bool] = True
     decimals: int = 0
     off: tuple[int, ...] = ()
     low_count: int = 0
@@ -306,7 +306,7 @@ def _round_to_odd(value: Decimal) -> float:
 class Single:
     """A single-precision number (IEEE 754), rounded to the nearest, ties to even."""
 
-    rounds: ClassVar[bool] = False
+    reports_rounding: ClassVar[bool] = False
 
     @property
     def notation(self) -> str:
@@ -355,7 +355,7 @@ class CountsCodec(Protocol):
         """Counts at 100 %."""
 
     @property
-    def room(self) -> int:
+    def max_difference(self) -> int:
         """The largest difference that a word can hold, whether it means anything or not."""
 
     def encode(self, value: int, /) -> int:
@@ -565,13 +565,13 @@ class Distance:
         counts = whole_counts(scale.distance(value), raw=is_raw(value, scale) and not value.derived)
         if not 0 <= counts <= scale.format.maximum:
             error = _range_error(scale, value, scale.span_value, low=0)
-            error.stored = counts if 0 <= counts <= scale.format.codec.room else None
+            error.stored = counts if 0 <= counts <= scale.format.codec.max_difference else None
             raise error
         return check_root(counts, counts, scale, value)
 
     def decode(self, word: int, scale: Scale) -> Quantity:
         """The word to a quantity."""
-        return scale.span_value(Binary(scale.format.codec.room).decode(word))
+        return scale.span_value(Binary(scale.format.codec.max_difference).decode(word))
 
 
 def check_root(word: int, counts: int, scale: Scale, value: Quantity) -> int:

@@ -43,7 +43,7 @@ NAME_AND_SIGN = re.compile(r'"?(?P<name>[A-Za-z][\w.]*)"?\s*(?P<sign>[,;:=])')
 MAX_NUMBER_DIGITS = DEFAULT.scalar_bytes
 """Digits of a number: as many as a value of a configuration may have signs, and fewer than Python reads."""
 LONG_NUMBER = re.compile(rf"(?<![0-9])[0-9]{{{MAX_NUMBER_DIGITS + 1},}}")
-OTHER_COMMANDS = (
+DECODE_ADVICE = (
     "decode what 'pidcfg encode' writes as text, csv or json, or read the PLC itself with 'pidcfg pull --map'"
 )
 HEAD_CHARACTERS = 1000
@@ -87,7 +87,7 @@ def _no_listing_problem(text: str, kinds: Mapping[str, FileKind]) -> str:
     if CONFIGURATION_START.search(text):
         return "this is a file of pidcfg and no listing; 'pidcfg encode' writes the words of a configuration"
     if {"table", "register"} <= set(column_names(text)):
-        return f"this is a Modbus listing, whose registers only a map of the project explains: {OTHER_COMMANDS}"
+        return f"this is a Modbus listing, whose registers only a map of the project explains: {DECODE_ADVICE}"
     problem = f"this is no memory listing that pidcfg reads ({', '.join(kinds)})"
     row = NAME_AND_SIGN.match(first_line(text))
     if row is None or not kinds["text"].looks_like(f"{row['name']} "):
@@ -283,7 +283,7 @@ def zero_of(content: Any) -> Any:
 # holds.
 
 OWNER_SECTIONS = ("loops", "blocks")
-SIGNALS = "signals"
+SIGNALS_KEY = "signals"
 
 
 @frozen
@@ -441,7 +441,7 @@ class _Reader:
     def _find_owner(self, path: Path) -> tuple[str, Path]:
         """The loop or block that a place of the configuration is in, and the rest of the place."""
         top, *rest = path or ("",)
-        if top == SIGNALS and rest:
+        if top == SIGNALS_KEY and rest:
             return "", (str(rest[0]),)
         if top not in OWNER_SECTIONS or not rest or not isinstance(rest[0], int):
             return "", ()

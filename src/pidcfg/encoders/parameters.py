@@ -356,7 +356,7 @@ D892 = Decision(
     "IEC 61131-3 gives the sizes, TIME and enumerations as the runtime systems of NextoPID and ISPSoft keep them. What "
     "a client sees of a scaled copy of a value is another value.",
 )
-LONG_MAX = 0xFFFFFFFF
+DOUBLE_WORD_MAX = 0xFFFFFFFF
 
 
 def types_of(kind: IecType) -> tuple[str, ...]:
@@ -382,7 +382,7 @@ def raw_of(kind: IecType, content: Content) -> int:
         return int((time_seconds(str(content)) or 0) * 1000)
     if kind.kind == "word":
         return kind.words.index(str(content))
-    return int(content) & (WORD_MAX if kind.high <= WORD_MAX else LONG_MAX)
+    return int(content) & (WORD_MAX if kind.high <= WORD_MAX else DOUBLE_WORD_MAX)
 
 
 def register_content(kind: IecType, raw: int) -> Content:
@@ -393,7 +393,7 @@ def register_content(kind: IecType, raw: int) -> Content:
         return float(SINGLE.decode(raw))
     if kind.kind == "time":
         return time_text(raw)
-    size = WORD_MAX if kind.kind == "word" or kind.high <= WORD_MAX else LONG_MAX
+    size = WORD_MAX if kind.kind == "word" or kind.high <= WORD_MAX else DOUBLE_WORD_MAX
     if kind.kind == "word":
         if raw >= len(kind.words):
             raise DecodeError(f"{raw} is none of the {len(kind.words)} of {kind.name}")

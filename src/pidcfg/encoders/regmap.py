@@ -283,7 +283,7 @@ class RegisterMap:
             image.misfits.append(Misfit(path, word, value, error))
             image.words[word.offset] = error.stored or 0
             return
-        if getattr(word.codec, "rounds", False):
+        if getattr(word.codec, "reports_rounding", False):
             stored = word.decode(image.words[word.offset], scales)
             if stored != value:
                 image.rounded.append(Rounded(path, word, value, stored))

@@ -450,7 +450,7 @@ def wrap_call(start: str, parts: list[str]) -> list[str]:
 
 # --- Literals of Structured Text --------------------------------------------------------------------------------------
 
-TRUTHS = {"TRUE": True, "FALSE": False}
+BOOLEAN_WORDS = {"TRUE": True, "FALSE": False}
 NUMBER_BASES = {"2": 2, "8": 8, "16": 16}
 INTEGER_TYPES = frozenset(
     ("SINT", "INT", "DINT", "LINT", "USINT", "UINT", "UDINT", "ULINT", "BYTE", "WORD", "DWORD", "LWORD")
@@ -473,7 +473,7 @@ def number_of(token: Token) -> int | Decimal | bool:
     base, kind = (base, kind) if base in NUMBER_BASES else ("", prefix.upper())
     try:
         if kind == "BOOL":
-            return {"1": True, "0": False, **TRUTHS}[rest.upper()]
+            return {"1": True, "0": False, **BOOLEAN_WORDS}[rest.upper()]
         if base and kind in {"", *INTEGER_TYPES}:
             return int(rest, NUMBER_BASES[base])
         if kind in REAL_TYPES or not kind:
@@ -501,7 +501,7 @@ def content_of(tokens: Sequence[Token], kind: IecType, name: str) -> Content | N
     if len(unsigned) != 1 or [token.text for token in tokens[: len(signs)]] != signs:
         return None
     token = unsigned[0]
-    truth = TRUTHS.get(token.upper) if token.kind == NAME and not signs else None
+    truth = BOOLEAN_WORDS.get(token.upper) if token.kind == NAME and not signs else None
     if truth is None and not is_literal(token):
         return None
     value = number_of(token) if truth is None else truth

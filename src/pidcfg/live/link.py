@@ -83,12 +83,12 @@ def serial_reason(device: str) -> str:
 # --- Where a PLC is: ``modbus://host[:502][?unit=1]``, ``modbus+rtu:///dev/ttyS0?baud=9600&parity=odd`` ---------------
 
 TCP, RTU = "modbus", "modbus+rtu"
-PORT = 502
+DEFAULT_PORT = 502
 MAX_UNIT, MAX_SERIAL_UNIT = 255, 247
-BAUD, PARITY = 19_200, "even"
+DEFAULT_BAUD, DEFAULT_PARITY = 19_200, "even"
 """Of a serial line that says nothing else."""
 PARITIES = {"none": "N", "odd": "O", "even": "E"}
-URL_FORMS = f"write {TCP}://HOST[:{PORT}][?unit=1] or {RTU}:///DEVICE?baud=9600&parity=odd"
+URL_FORMS = f"write {TCP}://HOST[:{DEFAULT_PORT}][?unit=1] or {RTU}:///DEVICE?baud=9600&parity=odd"
 """What an address that cannot be read should look like; ends a message."""
 
 
@@ -100,11 +100,11 @@ class Address:
     """
 
     host: str = ""
-    port: int = PORT
+    port: int = DEFAULT_PORT
     unit: int = 1
     device: str = ""
-    baud: int = BAUD
-    parity: str = PARITY
+    baud: int = DEFAULT_BAUD
+    parity: str = DEFAULT_PARITY
     stop_bits: int = 1
 
     def __str__(self) -> str:
@@ -151,7 +151,7 @@ def _tcp_address(url: str, parts: SplitResult, port: int | None) -> Address:
     except UnicodeError:
         raise AddressError(f"{url!r}: {parts.hostname!r} is no name of a host; {URL_FORMS}") from None
     values = _query_values(url, parts, ("unit",))
-    return Address(unquote(parts.hostname), port or PORT, _query_number(url, values, "unit", 1, 0, MAX_UNIT))
+    return Address(unquote(parts.hostname), port or DEFAULT_PORT, _query_number(url, values, "unit", 1, 0, MAX_UNIT))
 
 
 def _serial_address(url: str, parts: SplitResult) -> Address:
@@ -159,14 +159,14 @@ def _serial_address(url: str, parts: SplitResult) -> Address:
     if parts.netloc or not device.strip("/"):
         raise AddressError(f"{url!r} names no device, which stands behind three slashes; {URL_FORMS}")
     values = _query_values(url, parts, ("unit", "baud", "parity", "stop_bits"))
-    parity = values.get("parity", PARITY)
+    parity = values.get("parity", DEFAULT_PARITY)
     if parity not in PARITIES:
         raise AddressError(f"{url!r}: the parity is one of {', '.join(PARITIES)}")
     is_windows = device.upper().startswith("/COM")
     return Address(
         unit=_query_number(url, values, "unit", 1, 1, MAX_SERIAL_UNIT),
         device=device[1:] if is_windows else device,
-        baud=_query_number(url, values, "baud", BAUD, 300, 4_000_000),
+        baud=_query_number(url, values, "baud", DEFAULT_BAUD, 300, 4_000_000),
         parity=parity,
         stop_bits=_query_number(url, values, "stop_bits", 1, 1, 2),
     )
@@ -218,7 +218,7 @@ D871 = Decision(
 )
 
 Table = Literal["coil", "discrete", "holding", "input"]
-FUNCTIONS: dict[str, tuple[int, str]] = {
+READ_FUNCTIONS: dict[str, tuple[int, str]] = {
     "coil": (1, "read coils"),
     "discrete": (2, "read discrete inputs"),
     "holding": (3, "read holding registers"),
@@ -227,7 +227,7 @@ FUNCTIONS: dict[str, tuple[int, str]] = {
 """Number and name of the function that reads a table."""
 MAX_PER_REQUEST = {"coil": 2000, "discrete": 2000, "holding": 125, "input": 125}
 """What one request may ask for, by the protocol."""
-EXCEPTIONS = {
+EXCEPTION_TEXTS = {
     1: "illegal function",
     2: "illegal data address",
     3: "illegal data value",
@@ -263,7 +263,7 @@ class Request:
 
     def __str__(self) -> str:
         """As messages name it: ``read holding registers (function 3) 1024 to 1055, V2000 to V2037 of TIC-101``."""
-        number, name = FUNCTIONS[self.table]
+        number, name = READ_FUNCTIONS[self.table]
         last = self.first + self.count - 1
         registers = f"{self.first} to {last}" if self.count > 1 else f"{self.first}"
         return f"{name} (function {number}) {registers}, {self.description}"
@@ -348,7 +348,7 @@ class Link:
         """What an answer holds; an exception is refused, and an answer of another length."""
         if response.isError():
             code = int(getattr(response, "exception_code", 0))
-            reason = f"exception {code} ({EXCEPTIONS.get(code, 'not in the protocol')})"
+            reason = f"exception {code} ({EXCEPTION_TEXTS.get(code, 'not in the protocol')})"
             if code in BUSY_EXCEPTIONS:
                 pause = min(0.1, self.policy.timeout)
                 raise _NoAnswer(reason, "look what the PLC is busy with", is_dead=False, pause=pause)
@@ -356,7 +356,7 @@ class Link:
                 cause = "the PLC does not have all of them; look whether it is the PLC of the file"
                 raise NoRegistersError(f"{self.address}: {request}: {reason}: {cause}")
             raise PlcError(f"{self.address}: {request}: {reason}; look at the set-up of Modbus in the PLC")
-        if response.function_code != FUNCTIONS[request.table][0]:
+        if response.function_code != READ_FUNCTIONS[request.table][0]:
             raise _NoAnswer(f"the answer is one to function {response.function_code}", NO_SERVER_CURE)
         is_bits = request.table in {"coil", "discrete"}
         content = [int(value) for value in (response.bits if is_bits else response.registers)]

@@ -44,7 +44,7 @@ NO_REGISTER_REASON = "no register has them"
 """Why settings are not read that stand in the program, in a dialog or a project."""
 PLC_PREFIX = "plc."
 """How keys of the whole PLC begin."""
-YAML = "yaml"
+YAML_FORMAT = "yaml"
 """The format of a configuration; all others are listings."""
 
 
@@ -216,9 +216,9 @@ class PullResult:
 
 def pull_from(source: Plc, format_name: str, policy: RetryPolicy, limits: Limits) -> PullResult:
     """Reads a PLC and writes what it holds in a format; raises `PlcError` where it cannot be read."""
-    if format_name != YAML:
+    if format_name != YAML_FORMAT:
         kinds = [kind.name for kind in formats_of(source.vendor).FORMATS.values() if kind.is_complete]
-        refuse_unknown("format", format_name, [YAML, *kinds])
+        refuse_unknown("format", format_name, [YAML_FORMAT, *kinds])
     result = PullResult(str(source.address), source.vendor.key)
     if source.like is not None and source.image is None:
         return replace(result, findings=tuple(errors_in(source.like.findings)))
@@ -227,11 +227,11 @@ def pull_from(source: Plc, format_name: str, policy: RetryPolicy, limits: Limits
     configuration = decode_files(
         [(source.registers.listing(image), str(source.address))],
         source.vendor,
-        DecodeOptions(like=source.like, with_text=format_name == YAML),
+        DecodeOptions(like=source.like, with_text=format_name == YAML_FORMAT),
         source.option_texts,
         limits,
     )
-    if format_name == YAML:
+    if format_name == YAML_FORMAT:
         return replace(
             result,
             findings=configuration.findings,

@@ -32,7 +32,7 @@ D880 = Decision(
     "usual cause, and each number for itself looks like a difference.",
 )
 TINY_NUMBER = 1e-30
-MAX_QUOTED = 3
+MAX_NUMBERS = 3
 """Numbers that the remark names."""
 
 
@@ -41,9 +41,9 @@ def implausible_contents(image: AnyImage) -> Iterator[str]:
     numbers = {cell.address: cell.single_value for cell in image.cells if cell.single_value}
     tiny = [f"{name} {value:.3g}" for name, value in numbers.items() if abs(value) < TINY_NUMBER]
     if len(tiny) > len(numbers) / 2 and len(tiny) > 1:
-        more_text = f" and {len(tiny) - MAX_QUOTED} more" if len(tiny) > MAX_QUOTED else ""
+        more_text = f" and {len(tiny) - MAX_NUMBERS} more" if len(tiny) > MAX_NUMBERS else ""
         yield (
-            f"{', '.join(tiny[:MAX_QUOTED])}{more_text} are next to 0: the two registers of a number seem to stand in "
+            f"{', '.join(tiny[:MAX_NUMBERS])}{more_text} are next to 0: the two registers of a number seem to stand in "
             "the other order; look at the set-up of the gateway, or state the order by --map"
         )
 

@@ -93,7 +93,7 @@ class VirtualPlc:
         self.registers: Registers = loaded.vendor.load("virtual")(self.run.plc)
         self.unlisted_writes = 0
         self._progress: Iterator[int] = self.run.steps_to_end()
-        self._step = self.run.zero
+        self._step = self.run.start_step
         self._map: dict[RegisterPlace, list[ValuePart]] = {}
         for number, loop in self.registers.loops_by_register().items():
             with suppress(LookupError):  # no client reads what the map does not have
@@ -111,7 +111,7 @@ class VirtualPlc:
     @property
     def steps(self) -> int:
         """Base steps so far."""
-        return self._step - self.run.zero
+        return self._step - self.run.start_step
 
     @property
     def dt(self) -> float:

@@ -51,9 +51,9 @@ D874 = Decision(
     "loop, also where a loop in Cascade takes another one's output.",
     "A mode that is guessed from requests would be wrong whenever one was refused.",
 )
-SIGNALS = {"state.pv": "PV", "setpoint.value": "SP", "state.output": "OUT"}
+COLUMN_TITLES = {"state.pv": "PV", "setpoint.value": "SP", "state.output": "OUT"}
 """What becomes of the registers with these paths."""
-MODE = "MODE"
+MODE_TITLE = "MODE"
 
 
 class Channel(NamedTuple):
@@ -168,11 +168,11 @@ def _loop_channels(encoding: AnyEncoding, source: Plc) -> Iterator[Channel]:
             continue
         for word in block.table.words:
             number = block.start + word.offset
-            signal = SIGNALS.get(str(word.path))
+            signal = COLUMN_TITLES.get(str(word.path))
             if word.name == registers[0]:
                 numbers = tuple(block.start + block.table.offset_of(name) for name in registers)
                 show = _mode_text(source.vendor.load("mode_of"), numbers)
-                yield Channel(f"{block.loop}.{MODE}", numbers, show, block.start)
+                yield Channel(f"{block.loop}.{MODE_TITLE}", numbers, show, block.start)
             elif signal is not None:
                 show = _value_text(partial(word.decode, scales=block.scales), number)
                 yield Channel(f"{block.loop}.{signal}", (number,), show, block.start)
@@ -231,7 +231,7 @@ def named_channels(vendor: Vendor, numbering: NamedNumbering, image: object) -> 
         keys = [name for name in points.MODE_KEYS if f"{loop}.{name}" in numbering.points]
         mapped_keys = tuple(f"{loop}.{name}" for name in keys if f"{loop}.{name}" in numbering.places)
         if mapped_keys and (points.LITERALS or len(mapped_keys) == len(keys)):
-            yield Channel(f"{loop}.{MODE}", mapped_keys, _named_mode_text(points.mode_of, numbering, loop, image))
+            yield Channel(f"{loop}.{MODE_TITLE}", mapped_keys, _named_mode_text(points.mode_of, numbering, loop, image))
 
 
 def _parameter_text(kind: IecType, name: str) -> Callable[[Mapping[object, int]], str]:

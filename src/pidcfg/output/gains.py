@@ -285,7 +285,7 @@ def _use_loop(
     """What is known, with the sample time and the PV filter of the loop that is to have the gains."""
     from pidcfg.output.retune import LoopConditions, loop_tuning
 
-    conditions = LoopConditions.of(loop_tuning(target, file, limits)[1])
+    conditions = LoopConditions.from_loop(loop_tuning(target, file, limits)[1])
     if conditions.sample_time is None or facts.robustness is not None:
         return facts, conditions
     numbers = facts.numbers

@@ -31,7 +31,7 @@ from pidcfg.tuning.robust import gain_factor
 from pidcfg.tuning.rules import Gains, is_usable
 from pidcfg.tuning.transfer import Transfer
 from pidcfg.validate.engine import Checked, check_document, is_scenario
-from pidcfg.validate.fixes import PlacingError, with_values
+from pidcfg.validate.fixes import PlacingError, replace_values
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
@@ -287,7 +287,7 @@ def change_document(document: Document, values: Mapping[Any, object]) -> ChangeR
     if not texts:
         return ChangeResult(document, document.text, document.problems)
     try:
-        data = with_values(document.text.encode(), document, texts, predecessors)
+        data = replace_values(document.text.encode(), document, texts, predecessors)
     except (PlacingError, KeyError) as error:
         raise ArgumentError(f"`values`: {error} ({document.file}); change it by hand", "values") from None
     new = read_document(data, document.file, document.limits)

@@ -26,7 +26,7 @@ def schema(name: str) -> Schema:
 
 def plain_schema(name: str) -> Schema:
     """The same without templates."""
-    if name in OUTPUTS:
+    if name in OUTPUT_SCHEMAS:
         return output_schema(name)
     from pidcfg.schemas.document import json_schema
 
@@ -101,8 +101,8 @@ def _references(value: Schema) -> list[str]:
 
 # --- What the commands print as JSON: every object lists all of its keys ----------------------------------------------
 
-DIALECT = "https://json-schema.org/draft/2020-12/schema"
-OUTPUTS = {
+SCHEMA_DIALECT = "https://json-schema.org/draft/2020-12/schema"
+OUTPUT_SCHEMAS = {
     "output-validate": ("findings_schema", "validate --format json"),
     "output-statistics": ("counts_schema", "validate --statistics --format json"),
     "output-simulate": ("runs_schema", "simulate --format json"),
@@ -118,10 +118,10 @@ OUTPUTS = {
 
 def output_schema(name: str) -> Schema:
     """One of the schemas."""
-    function, command = OUTPUTS[name]
+    function, command = OUTPUT_SCHEMAS[name]
     title = f"What pidcfg {command} prints, version 1"
     layout: Schema = globals()[function]()
-    return {"$schema": DIALECT, "title": title, **layout}
+    return {"$schema": SCHEMA_DIALECT, "title": title, **layout}
 
 
 # --- What the schemas are put together from ---------------------------------------------------------------------------
@@ -572,7 +572,7 @@ def run_object() -> Schema:
 def loop_of_run() -> Schema:
     """What became of a loop."""
     from pidcfg.sim.judgement.meters import METRICS
-    from pidcfg.sim.judgement.report import WORDS_OF_VERDICTS as VERDICTS
+    from pidcfg.sim.judgement.report import VERDICT_WORDS as VERDICTS
 
     metric_text = "In s, % of the step or the PV's unit; null where there is none."
     return object_of(
@@ -633,7 +633,7 @@ def run_expectation() -> Schema:
 def run_standing() -> Schema:
     """A standing expectation and its verdict."""
     from pidcfg.sim.judgement.report import ACCEPTED_KIND, ASSUMED_KIND, STANDING_KINDS
-    from pidcfg.sim.judgement.report import WORDS_OF_VERDICTS as VERDICTS
+    from pidcfg.sim.judgement.report import VERDICT_WORDS as VERDICTS
 
     return object_of(
         "What is checked in every run.",

@@ -64,8 +64,8 @@ def held_words(checked: Checked) -> Iterator[Holder]:
                 yield _register_of(encoding.space, block, point)
     data = checked.document.data or {}
     paths_by_name: dict[str, Path] = {
-        str(item.get(NAME)): (section, i)
-        for section in (LOOPS, "blocks")
+        str(item.get(NAME_KEY)): (section, i)
+        for section in (LOOPS_KEY, "blocks")
         for i, item in enumerate(data.get(section) or ())
         if isinstance(item, dict)
     }
@@ -107,24 +107,24 @@ def wires_of(doc: Document) -> list[str]:
     outputs = {table.title: [row.name for row in table.rows if row.access == "output"] for table in tables}
     signals = data.get("signals")
     wires = [*signals] if isinstance(signals, dict) else []
-    for section in (LOOPS, "blocks"):
+    for section in (LOOPS_KEY, "blocks"):
         for item in data.get(section) or ():
-            names = outputs.get(str(item.get("type")), ()) if isinstance(item, dict) and NAME in item else ()
-            wires += [f"{item[NAME]}.{name}" for name in names if "." not in name]
+            names = outputs.get(str(item.get("type")), ()) if isinstance(item, dict) and NAME_KEY in item else ()
+            wires += [f"{item[NAME_KEY]}.{name}" for name in names if "." not in name]
     return wires
 
 
 # --- What names a loop: keys and texts, but for those that are prose, names of files, or names of other things --------
 
-LOOPS, NAME, CONFIG = "loops", "name", "config"
-OTHER_KEYS = frozenset(("description", "unit", "vendor", "scenario", CONFIG, "reference", "map", "tag", "nickname"))
+LOOPS_KEY, NAME_KEY, CONFIG_KEY = "loops", "name", "config"
+OTHER_KEYS = frozenset(("description", "unit", "vendor", "scenario", CONFIG_KEY, "reference", "map", "tag", "nickname"))
 """Keys whose texts name no loop."""
-LOOP_KEYS = frozenset((NAME, "loop", "cascade_from", "source", "signal", "input"))
+LOOP_KEYS = frozenset((NAME_KEY, "loop", "cascade_from", "source", "signal", "input"))
 """Keys whose texts name one, or a signal that is called as it is."""
-CONNECT = "connect"
-LOOP_MAPPINGS = frozenset((("plants",), ("initial",), ("tolerance",), ("vary", LOOPS), ("vary", "plants")))
+CONNECT_KEY = "connect"
+LOOP_MAPPINGS = frozenset((("plants",), ("initial",), ("tolerance",), ("vary", LOOPS_KEY), ("vary", "plants")))
 """Mappings of a scenario whose keys are loops."""
-LOOP_LISTS = frozenset(((LOOPS,), ("assumed_signs",)))
+LOOP_LISTS = frozenset(((LOOPS_KEY,), ("assumed_signs",)))
 """Lists of a scenario whose items are loops."""
 
 
@@ -150,15 +150,15 @@ class LoopPlace(NamedTuple):
 
 def loops_of(doc: Document) -> list[LoopPlace]:
     """The loops of a configuration that have names, in their order."""
-    loops = (doc.data or {}).get(LOOPS)
+    loops = (doc.data or {}).get(LOOPS_KEY)
     if not is_configuration(doc) or not isinstance(loops, list):
         return []
     places = []
     for i, loop in enumerate(loops):
-        name = loop.get(NAME) if isinstance(loop, dict) else None
+        name = loop.get(NAME_KEY) if isinstance(loop, dict) else None
         if isinstance(name, str):
-            path = (LOOPS, i, NAME)
-            entry = doc.root.child(LOOPS)
+            path = (LOOPS_KEY, i, NAME_KEY)
+            entry = doc.root.child(LOOPS_KEY)
             node = entry[1].child(i) if entry is not None else None
             last_line = doc.locate(path).line if node is None else _last_line(node[1])
             places.append(LoopPlace(name, doc.locate(path), path, last_line))
@@ -174,7 +174,7 @@ def configuration_of(doc: Document, reader: Reader) -> Document | None:
     """The configuration that a scenario runs, as far as it can be read; a configuration is its own."""
     if not is_scenario(doc):
         return doc if is_configuration(doc) else None
-    name = (doc.data or {}).get(CONFIG)
+    name = (doc.data or {}).get(CONFIG_KEY)
     if not isinstance(name, str):
         return None
     path = reader.resolve(doc.file, name)
@@ -213,8 +213,8 @@ def _iter_references(
             yield from _iter_references(doc, value, child, (*path, i), pattern)
     elif isinstance(data, str) and path:
         names = _path_keys(path)
-        whole = bool(names) and (names[-1] in LOOP_KEYS or names[0] == CONNECT or names in LOOP_LISTS)
-        yield from _references_in_text(doc, data, node.span, path, pattern, allow_bare=whole and names != (NAME,))
+        whole = bool(names) and (names[-1] in LOOP_KEYS or names[0] == CONNECT_KEY or names in LOOP_LISTS)
+        yield from _references_in_text(doc, data, node.span, path, pattern, allow_bare=whole and names != (NAME_KEY,))
 
 
 def _path_keys(path: Path) -> tuple[str, ...]:
@@ -235,7 +235,7 @@ def _references_in_text(
     start = line.find(text, span.column - 1, span.end_column - 1)
     if start < 0:
         return
-    defines = len(path) == 3 and path[0] == LOOPS and path[2] == NAME
+    defines = len(path) == 3 and path[0] == LOOPS_KEY and path[2] == NAME_KEY
     for match in pattern.finditer(text):
         of_parameter = text[match.end() : match.end() + 1] == "."
         if (allow_bare or of_parameter) and (not defines or match.group() == text):

@@ -29,7 +29,7 @@ from pidcfg.tuning.margins import Answer
 from pidcfg.tuning.robust import SIGNIFICANT_DIGITS, fit_in_other_unit, fit_loop
 from pidcfg.tuning.rules import TuningError
 from pidcfg.validate.engine import check_document
-from pidcfg.validate.fixes import PlacingError, with_values
+from pidcfg.validate.fixes import PlacingError, replace_values
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
@@ -252,7 +252,7 @@ def _write_values(label: str, doc: Document, data: bytes, index: int, values: tu
     if not texts:
         return data
     try:
-        return with_values(data, doc, texts, _present_predecessors(doc, predecessors))
+        return replace_values(data, doc, texts, _present_predecessors(doc, predecessors))
     except PlacingError as error:
         numbers = ", ".join(f"{value.key}: {value.new}" for value in values if value.is_changed)
         raise TuningError(
@@ -329,7 +329,7 @@ class LoopConditions:
     """Of the output from 0 to 100 %, in the unit that gains are per."""
 
     @classmethod
-    def of(cls, loop: LoopTuning) -> LoopConditions:
+    def from_loop(cls, loop: LoopTuning) -> LoopConditions:
         """Of a loop as its file holds it."""
         pv_share, seconds, raises_pv = loop.pv_share, loop.sample_time, loop.raises_pv
         is_filtered = seconds is not None and 0 < pv_share < 1

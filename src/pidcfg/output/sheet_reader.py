@@ -39,7 +39,7 @@ from pidcfg.vendors import VENDORS, Vendor
 # --- A sheet as a table of texts: CSV with any usual separator, or the first sheet of a workbook ----------------------
 
 SEPARATORS = ",;\t"
-APOSTROPHE = re.compile(f"^'(?=[{re.escape(''.join(FORMULA_STARTS))}])")
+APOSTROPHE_PATTERN = re.compile(f"^'(?=[{re.escape(''.join(FORMULA_STARTS))}])")
 """What keeps a spreadsheet from calculating a text; written by us, and no part of it."""
 COMMA_NUMBER = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")
 POINT_NUMBER = re.compile(r"[+-]?\d+\.\d+(?:[eE][+-]?\d+)?")
@@ -163,7 +163,7 @@ def _csv_rows(text: str, separator: str, name: str) -> Iterator[list[Cell]]:
 
 
 def _row_cells(row: Sequence[object], number: int) -> list[Cell]:
-    texts = [(APOSTROPHE.sub("", str(text).strip(), count=1), i) for i, text in enumerate(row, start=1)]
+    texts = [(APOSTROPHE_PATTERN.sub("", str(text).strip(), count=1), i) for i, text in enumerate(row, start=1)]
     return [Cell(text, number, i) for text, i in texts if text]
 
 
@@ -248,7 +248,7 @@ def _workbook_cell(cell: Any, formula_cell: Any, name: str) -> Cell | None:
             f"{location}: the cell shows percent and holds {value}; give it the format of a number, and write the one "
             "that is meant"
         )
-    text = APOSTROPHE.sub("", _value_text(value).strip(), count=1)
+    text = APOSTROPHE_PATTERN.sub("", _value_text(value).strip(), count=1)
     return Cell(text, cell.row, cell.column, is_number) if text else None
 
 

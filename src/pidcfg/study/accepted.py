@@ -109,7 +109,7 @@ def _accepted_loop(report: Report, loop: LoopReport, axes: Axes) -> AcceptedLoop
         pv_range=axes.pv_range,
         output_range=axes.output_range,
         sample_time=axes.sample_time or report.step,
-        metrics={name: None if (v := loop.metrics.get(name)) is None else _six_digits(v) for name in TOLERANCES},
+        metrics={name: None if (v := loop.metrics.get(name)) is None else _six_digits(v) for name in METRIC_TOLERANCES},
         signals={
             role: _signal_extent(report.signals[name]) for role, name in signals.items() if name in report.signals
         },
@@ -163,7 +163,7 @@ class Tolerance(NamedTuple):
 TIME_TOLERANCE = Tolerance(0.05, 2, "sample", "s")
 PV_TOLERANCE = Tolerance(0, 0.01, "span", "PV")
 OUTPUT_TOLERANCE = Tolerance(0, 0.02, "range", "OUT")
-TOLERANCES: Mapping[Metric, Tolerance] = {
+METRIC_TOLERANCES: Mapping[Metric, Tolerance] = {
     "overshoot": Tolerance(0.1, 2, "point", "%"),
     "settling_time": TIME_TOLERANCE,
     "rise_time": TIME_TOLERANCE,
@@ -195,39 +195,39 @@ EXACT_WEIGHT = float("inf")
 """The weight of what is the same or not."""
 
 
-def differences_by_loop(old: AcceptedRun, now: AcceptedRun) -> dict[str, list[str]]:
+def differences_by_loop(old: AcceptedRun, new: AcceptedRun) -> dict[str, list[str]]:
     """Where a run differs from the accepted one, in words, by loop, what weighs most first; empty: other signals."""
-    rows_by_loop = {"": list(_compare_other_signals(old.signals, now.signals))}
+    rows_by_loop = {"": list(_compare_other_signals(old.signals, new.signals))}
     for name, loop in old.loops.items():
-        rows_by_loop[name] = list(_LoopComparison(loop, now.loops[name], old.duration).find_differences())
+        rows_by_loop[name] = list(_LoopComparison(loop, new.loops[name], old.duration).find_differences())
     ordered = {name: sorted(rows, key=lambda row: -row.weight) for name, rows in rows_by_loop.items()}
     return {name: [row.text for row in rows] for name, rows in ordered.items() if rows}
 
 
-def _compare_other_signals(old: Mapping[str, Extent], now: Mapping[str, Extent]) -> Iterator[Difference]:
+def _compare_other_signals(old: Mapping[str, Extent], new: Mapping[str, Extent]) -> Iterator[Difference]:
     for name, before in old.items():
         limit = OTHER_SIGNAL_SHARE * max(abs(before.min), abs(before.max))
-        if name in now:
-            yield from _compare_extents(name, before, now[name], limit, "")
+        if name in new:
+            yield from _compare_extents(name, before, new[name], limit, "")
         else:
             yield Difference(EXACT_WEIGHT, f"there is no signal {name}")
 
 
-def _compare_extents(name: str, old: Extent, now: Extent, limit: float, unit: str) -> Iterator[Difference]:
-    yield from _compare_values(f"{name} at the end", old.final, now.final, limit, unit)
-    yield from _compare_values(f"lowest {name}", old.min, now.min, limit, unit)
-    yield from _compare_values(f"highest {name}", old.max, now.max, limit, unit)
+def _compare_extents(name: str, old: Extent, new: Extent, limit: float, unit: str) -> Iterator[Difference]:
+    yield from _compare_values(f"{name} at the end", old.final, new.final, limit, unit)
+    yield from _compare_values(f"lowest {name}", old.min, new.min, limit, unit)
+    yield from _compare_values(f"highest {name}", old.max, new.max, limit, unit)
 
 
-def _compare_values(name: str, old: float | None, now: float | None, limit: float, unit: str) -> Iterator[Difference]:
-    if old is None and now is None:
+def _compare_values(name: str, old: float | None, new: float | None, limit: float, unit: str) -> Iterator[Difference]:
+    if old is None and new is None:
         return
-    if old is None or now is None:
-        yield Difference(EXACT_WEIGHT, f"{name} {_value_text(now, unit)} instead of {_value_text(old, unit)}")
-    elif abs(now - old) > limit:
-        weight = abs(now - old) / limit if limit else EXACT_WEIGHT
+    if old is None or new is None:
+        yield Difference(EXACT_WEIGHT, f"{name} {_value_text(new, unit)} instead of {_value_text(old, unit)}")
+    elif abs(new - old) > limit:
+        weight = abs(new - old) / limit if limit else EXACT_WEIGHT
         yield Difference(
-            weight, f"{name} {_value_text(now, unit)} instead of {_value_text(old, unit)} ± {_value_text(limit, unit)}"
+            weight, f"{name} {_value_text(new, unit)} instead of {_value_text(old, unit)} ± {_value_text(limit, unit)}"
         )
 
 
@@ -239,35 +239,35 @@ class _LoopComparison(NamedTuple):
     """A loop of two runs over the same time in s."""
 
     old: AcceptedLoop
-    now: AcceptedLoop
+    new: AcceptedLoop
     duration: float
 
     def find_differences(self) -> Iterator[Difference]:
         """What differs."""
-        old, now = self.old, self.now
+        old, new = self.old, self.new
         low, high = old.pv_range
-        if max(abs(a - b) for a, b in zip(old.pv_range, now.pv_range, strict=True)) > RANGE_SHARE * abs(high - low):
-            unit = f" {now.pv_unit}".rstrip()
-            ends = f"{now.pv_range[0]:g} to {now.pv_range[1]:g}{unit} instead of {low:g} to {high:g}"
+        if max(abs(a - b) for a, b in zip(old.pv_range, new.pv_range, strict=True)) > RANGE_SHARE * abs(high - low):
+            unit = f" {new.pv_unit}".rstrip()
+            ends = f"{new.pv_range[0]:g} to {new.pv_range[1]:g}{unit} instead of {low:g} to {high:g}"
             yield Difference(EXACT_WEIGHT, f"its PV's range is {ends}")
         yield from self._compare_modes()
         yield from self._compare_alarms()
         for name, before in old.metrics.items():
-            yield from self._compare_metric(name, before, now.metrics.get(name))
+            yield from self._compare_metric(name, before, new.metrics.get(name))
         for role, extent in old.signals.items():
             what, tolerance = SIGNAL_TOLERANCES[role]
-            if role in now.signals:
+            if role in new.signals:
                 allowed, unit = self._allowed_difference(tolerance, 0.0), self._unit_of(tolerance)
-                yield from _compare_extents(what, extent, now.signals[role], allowed, unit)
+                yield from _compare_extents(what, extent, new.signals[role], allowed, unit)
 
-    def _compare_metric(self, name: Metric, old: float | None, now: float | None) -> Iterator[Difference]:
-        tolerance = TOLERANCES[name]
+    def _compare_metric(self, name: Metric, old: float | None, new: float | None) -> Iterator[Difference]:
+        tolerance = METRIC_TOLERANCES[name]
         if name == "oscillation_amplitude":
-            old, now = old or 0.0, now or 0.0
-        if name == "oscillation_period" and (old is None or now is None):
+            old, new = old or 0.0, new or 0.0
+        if name == "oscillation_period" and (old is None or new is None):
             return  # the amplitude tells it
         yield from _compare_values(
-            name, old, now, self._allowed_difference(tolerance, old or 0.0), self._unit_of(tolerance)
+            name, old, new, self._allowed_difference(tolerance, old or 0.0), self._unit_of(tolerance)
         )
 
     def _allowed_difference(self, tolerance: Tolerance, value: float) -> float:
@@ -293,7 +293,7 @@ class _LoopComparison(NamedTuple):
         return f"{base}{squared} {rest}".strip() if base else ""
 
     def _compare_modes(self) -> Iterator[Difference]:
-        old, now = self.old.modes, self.now.modes
+        old, now = self.old.modes, self.new.modes
         if [begin.mode for begin in old] != [begin.mode for begin in now]:
             yield Difference(EXACT_WEIGHT, f"mode {_modes_text(now)} instead of {_modes_text(old)}")
             return
@@ -302,16 +302,16 @@ class _LoopComparison(NamedTuple):
             yield from _compare_values(f"mode {before.mode} begins at", before.at, after.at, allowed, "s")
 
     def _compare_alarms(self) -> Iterator[Difference]:
-        old, now = self.old.alarms, self.now.alarms
-        for name in [*old, *(name for name in now if name not in old)]:
-            if name not in now:
+        old, new = self.old.alarms, self.new.alarms
+        for name in [*old, *(name for name in new if name not in old)]:
+            if name not in new:
                 yield Difference(EXACT_WEIGHT, f"{name} does not come, and came at {old[name].first:g} s")
             elif name not in old:
-                yield Difference(EXACT_WEIGHT, f"{name} comes at {now[name].first:g} s, and did not come")
+                yield Difference(EXACT_WEIGHT, f"{name} comes at {new[name].first:g} s, and did not come")
             else:
                 for name_of_time, before, after in (
-                    (f"{name} comes at", old[name].first, now[name].first),
-                    (f"{name} is on for", old[name].total, now[name].total),
+                    (f"{name} comes at", old[name].first, new[name].first),
+                    (f"{name} is on for", old[name].total, new[name].total),
                 ):
                     yield from _compare_values(
                         name_of_time, before, after, self._allowed_difference(TIME_TOLERANCE, before), "s"
@@ -380,9 +380,9 @@ def _refuse_other_scenario(run: AcceptedRun, scenario: Scenario, loops: Sequence
         raise AcceptedError(f"is of another duration: {run.duration:g} s, not {scenario.duration:f} s")
 
 
-def compare_with_accepted(report: Report, old: AcceptedRun, now: AcceptedRun, name: str) -> None:
+def compare_with_accepted(report: Report, old: AcceptedRun, new: AcceptedRun, name: str) -> None:
     """Adds to a report what differs from the accepted run of a file, and takes what agrees for proven (D925)."""
-    rows_by_loop = differences_by_loop(old, now)
+    rows_by_loop = differences_by_loop(old, new)
     standing = [v for v in report.standing if not v.loop]
     standing += [_make_standing("", rows_by_loop[""], name)] if "" in rows_by_loop else []
     for loop, loop_report in report.loops.items():
@@ -409,13 +409,13 @@ def _make_standing(loop: str, texts: Sequence[str], name: str) -> Standing:
     return Standing(ACCEPTED_KIND, loop, "failed", f"{'; '.join(texts[:MAX_TEXTS])}{more} ({name})")
 
 
-def differences_text(old: AcceptedRun, now: AcceptedRun) -> str:
+def differences_text(old: AcceptedRun, new: AcceptedRun) -> str:
     """Where two runs differ, in one line; empty: nowhere beyond the tolerances."""
-    if old.accepted != now.accepted:
-        return f"the scenario is {now.accepted!r} instead of {old.accepted!r}"
-    if set(old.loops) != set(now.loops):
-        return f"loops {', '.join(now.loops)} instead of {', '.join(old.loops)}"
+    if old.accepted != new.accepted:
+        return f"the scenario is {new.accepted!r} instead of {old.accepted!r}"
+    if set(old.loops) != set(new.loops):
+        return f"loops {', '.join(new.loops)} instead of {', '.join(old.loops)}"
     rows = [
-        f"{loop}: {text}" if loop else text for loop, texts in differences_by_loop(old, now).items() for text in texts
+        f"{loop}: {text}" if loop else text for loop, texts in differences_by_loop(old, new).items() for text in texts
     ]
     return "; ".join(rows[:MAX_TEXTS]) + (f"; and {len(rows) - MAX_TEXTS} more" if len(rows) > MAX_TEXTS else "")

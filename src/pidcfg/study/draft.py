@@ -32,7 +32,7 @@ from pidcfg.text.paths import value_at
 from pidcfg.text.signs import to_one_line
 from pidcfg.text.source import read_document
 from pidcfg.validate.engine import Checked, check_document
-from pidcfg.validate.shared_checks import ACTION, action_of, purpose_of
+from pidcfg.validate.shared_checks import ACTION_KEY, action_of, purpose_of
 
 # --- What a drafted run should show: set points reached, little overshoot, no outermost alarm -------------------------
 
@@ -74,7 +74,7 @@ FILE_PATTERN = re.compile(r"[\w./][\w./-]*")
 RESERVED_WORDS = frozenset(("true", "false", "null", "yes", "no", "on", "off", "y", "n", "none"))
 MAX_COMMENTED_LINE = 100
 """Where a comment still stands behind its line, rather than above it."""
-HEAD = """\
+SCENARIO_HEADER = """\
 # A first scenario for {config}, drafted from its ranges and gains.
 # The plants are no model of your process: each is one that the loop's own gains suit. Put in what you know of it,
 # or let 'pidcfg tune --from-csv' find gain, time constant and dead time in a recorded step.
@@ -114,7 +114,7 @@ def scenario_text(draft: DraftParts, title: str, config: str, action_key: str) -
             rows.append(f"{part}:")
             rows += _align_comments([(f"  - {flow_text(line.data)}", line.comment) for line in lines])
     remarks = [f"# - {remark}" for remark in draft.remarks]
-    head = HEAD.format(config=config) + ("# What to know:\n" + "\n".join(remarks) + "\n" if remarks else "")
+    head = SCENARIO_HEADER.format(config=config) + ("# What to know:\n" + "\n".join(remarks) + "\n" if remarks else "")
     return head + "\n".join(rows) + "\n"
 
 
@@ -181,9 +181,9 @@ def number_text(value: float) -> str:
 
 ATTEMPTS = ((1.0, True), (1.0, False), (0.4, True), (0.4, False), (0.0, True))
 """Share of the planned steps and disturbances, and whether the run begins settled; the first that passes is taken."""
-LENGTHS = (1, 3)
+LENGTH_FACTORS = (1, 3)
 """Times as long as planned: a longer run is tried where all that fails is not proven."""
-MAX_NAMES = 3
+MAX_TITLE_LOOPS = 3
 """Loops that a title names."""
 PROFILE_REMARK = "the profile of {name} does not run; an event {{at: …, loop: {name}, ramp_soak: start}} starts it"
 CONTRADICTION_REMARK = "fails: the {place} says {word!r} ({purpose}), and {here} is for the opposite"
@@ -233,13 +233,13 @@ def draft_scenario(checked: Checked, config: str, title: str = "", max_loop_step
     if not plans:
         raise NoDraftError(f"{checked.document.file} has no loop that is calculated")
     units = PlanUnits(plc, {plan.i: plan for plan in plans}, connections)
-    names = ", ".join(plan.name for plan in plans) if len(plans) <= MAX_NAMES else f"{len(plans)} loops"
+    names = ", ".join(plan.name for plan in plans) if len(plans) <= MAX_TITLE_LOOPS else f"{len(plans)} loops"
     title = title or f"Steps and disturbances of {names}"
     wrong_loops = {plan.name for plan in plans if signs[plan.i].contradiction}
     assumed_loops = tuple(plan.name for plan in plans if signs[plan.i].is_assumed)
     trials: list[_DraftRun] = []
     reason = ""
-    for (size, steady), length in product(ATTEMPTS, LENGTHS):
+    for (size, steady), length in product(ATTEMPTS, LENGTH_FACTORS):
         if length > 1 and not (trials and trials[-1].is_short):
             continue
         if not size and any(trial.is_short for trial in trials):
@@ -284,7 +284,7 @@ class _PlantSign:
     output_raises_pv: bool
     is_assumed: bool
     """By the loop's own action alone."""
-    key: str = ACTION
+    key: str = ACTION_KEY
     """What says the action."""
     contradiction: str = ""
     """Why the loop fails: its action is the other one than its words want."""
@@ -295,7 +295,7 @@ def _find_signs(checked: Checked, output_raises_pv: Sequence[bool]) -> list[_Pla
     signs = []
     for loop, by_action in zip(checked.config.loops, output_raises_pv, strict=True):
         purpose, action = purpose_of(loop), None if checked.vendor is None else action_of(checked.vendor, loop)
-        key = ACTION if action is None else action.key
+        key = ACTION_KEY if action is None else action.key
         if purpose is None:
             signs.append(_PlantSign(by_action, is_assumed=True, key=key))
             continue

@@ -28,15 +28,15 @@ if TYPE_CHECKING:
 
 ROUND_TIMES = (1, 1.2, 1.6, 2, 2.4, 3, 4, 5, 6, 8, 10)
 """What half a run may last, times a power of ten."""
-HOUR, MINUTES = 3600, 120
+HOUR_SECONDS, MIN_MINUTES_TIME = 3600, 120
 """Seconds from which on a time is told in hours, and in minutes."""
-LARGEST_WHOLE = 1e15
+MAX_WHOLE_FLOAT = 1e15
 
 
 def round_to_digits(value: float, digits: int = 4) -> float:
     """A number of so many significant digits; a whole one as such."""
     rounded = float(f"{value:.{digits}g}")
-    return int(rounded) if rounded == int(rounded) and abs(rounded) < LARGEST_WHOLE else rounded
+    return int(rounded) if rounded == int(rounded) and abs(rounded) < MAX_WHOLE_FLOAT else rounded
 
 
 def rounded_value(value: float, span: float) -> float:
@@ -54,9 +54,9 @@ def round_up_time(seconds: float) -> float:
 
 def time_text(seconds: float) -> str:
     """A time for a comment."""
-    if seconds >= HOUR:
-        return f"{seconds / HOUR:.3g} h"
-    return f"{seconds / 60:.3g} min" if seconds >= MINUTES else f"{seconds:.3g} s"
+    if seconds >= HOUR_SECONDS:
+        return f"{seconds / HOUR_SECONDS:.3g} h"
+    return f"{seconds / 60:.3g} min" if seconds >= MIN_MINUTES_TIME else f"{seconds:.3g} s"
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -64,7 +64,7 @@ def time_text(seconds: float) -> str:
 
 PV_SOURCES = (("pv", "tag"), ("devices", "PV"), ("pv", "transfer"))
 """Where a loop's configuration says from which device its PV comes; two loops that name the same share it."""
-TAKES_LARGER = "Max"
+LARGER_MARK = "Max"
 """In the type of a selector that takes the larger of its inputs."""
 
 
@@ -157,7 +157,7 @@ def _find_selectors(config: Any, plc: Plc, influence: Influence) -> dict[int, Se
     for slot, loops in readers.items():
         block = plc.signals[slot].partition(".")[0] if slot < len(plc.signals) else ""
         if len(loops) > 1 and "Select" in kinds.get(block, "") and plc.signals[slot].endswith(".MV"):
-            selector = Selector(plc.signals[slot], TAKES_LARGER in kinds[block], loops[0])
+            selector = Selector(plc.signals[slot], LARGER_MARK in kinds[block], loops[0])
             selectors |= dict.fromkeys(loops, selector)
     return selectors
 
@@ -407,7 +407,7 @@ MAX_LOOP_STEPS = 200_000
 """Base steps times loops of a drafted run: some seconds."""
 LEAD_SHARE = 0.1
 """Of each half of a run, what passes before the disturbances of the first; the steps begin the second."""
-UNNAMEABLE = re.compile(r"[^\w.-]")
+NON_NAME_SIGNS = re.compile(r"[^\w.-]")
 
 Row = dict[str, Any]
 
@@ -500,7 +500,7 @@ class PlanUnits:
     def plant_name(self, plan: LoopPlan) -> str:
         """The name of a loop's plant: the loop's own, unless its signal has to be wired to the PV."""
         apart = self.is_rooted(plan) or plan.name in self.plc.wired_loops or self.followers(plan)
-        return plan.name if not apart else f"{UNNAMEABLE.sub('_', plan.name)}_process"
+        return plan.name if not apart else f"{NON_NAME_SIGNS.sub('_', plan.name)}_process"
 
     def followers(self, plan: LoopPlan) -> list[LoopPlan]:
         """The loops that share the PV of one."""

@@ -351,10 +351,10 @@ def simulate_loaded(
         return outcome
     from pidcfg.study.accepted import accepted_text, compare_with_accepted, run_of_report
 
-    now = run_of_report(report, axes, scenario)
-    was = now if reference is None or reference.run is None else reference.run
-    compare_with_accepted(report, was, now, outcome.reference or str(accept_as))
-    return replace(outcome, accepted_text=accepted_text(now)) if accept_as is not None and outcome.passed else outcome
+    run = run_of_report(report, axes, scenario)
+    old_run = run if reference is None or reference.run is None else reference.run
+    compare_with_accepted(report, old_run, run, outcome.reference or str(accept_as))
+    return replace(outcome, accepted_text=accepted_text(run)) if accept_as is not None and outcome.passed else outcome
 
 
 # --- Charts of two runs of the same loops laid over each other: as it was, and as it is now ---------------------------
@@ -371,7 +371,7 @@ def overlay_charts(before: Outcome, after: Outcome, names: tuple[str, str], loop
 
 def _overlay_chart(before: Chart, after: Chart, names: tuple[str, str]) -> Chart:
     """One chart of two runs; levels and marks are those of the second. Nobody expects a reference of it."""
-    from pidcfg.sim.judgement.control import NO_REFERENCE
+    from pidcfg.sim.judgement.control import NO_REFERENCE_TEXT
 
     panels = []
     for i, panel in enumerate(after.panels):
@@ -390,7 +390,7 @@ def _overlay_chart(before: Chart, after: Chart, names: tuple[str, str]) -> Chart
         for strip in before.strips
         if not _is_same_strip(strip, rows.get((strip.kind, strip.title)))
     ]
-    notes = tuple(note for note in after.notes if NO_REFERENCE not in note)
+    notes = tuple(note for note in after.notes if NO_REFERENCE_TEXT not in note)
     return replace(after, panels=tuple(panels), strips=(*after.strips, *others), notes=notes, sides=names)
 
 

@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 HEAD_BYTES = 1000
 """Bytes of a listing in which the name of its vendor stands, if at all."""
 STDIN = "-"
-SEVERITIES = {severity.label: severity for severity in Severity}
+SEVERITY_BY_LABEL = {severity.label: severity for severity in Severity}
 
 
 @dataclass(slots=True)
@@ -183,7 +183,7 @@ def place_problem(problem: Problem, doc: Document) -> Diagnostic:
         quoted = row[span.column - 1 : span.column] in {'"', "'"}
         column = span.column + problem.offset + quoted
         span = Span(span.line, column, span.line, column + 1)
-    code, severity = SCENARIO_CODES[problem.kind], SEVERITIES[problem.severity]
+    code, severity = SCENARIO_CODES[problem.kind], SEVERITY_BY_LABEL[problem.severity]
     return Diagnostic(
         code,
         severity,

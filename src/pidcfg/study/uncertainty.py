@@ -17,7 +17,7 @@ from pidcfg.sim.engine.checks import (
     LARGEST_NUMBER,
     MODEL_KEYS,
     NOT_NEGATIVE_KEYS,
-    OWN_KEYS,
+    PLANT_KEYS,
     POSITIVE_KEYS,
     SMALLEST_NUMBER,
 )
@@ -158,7 +158,7 @@ def vary_plant(name: str, key: str, spread: Spread, plant: Plant) -> Uncertainty
     """A number of a plant; a `VaryError` says why it cannot vary so."""
     base = key.partition(".")[0]
     numbers = [
-        k for k in OWN_KEYS if getattr(plant, k) is not None and any(k in row for row in MODEL_KEYS[plant.model])
+        k for k in PLANT_KEYS if getattr(plant, k) is not None and any(k in row for row in MODEL_KEYS[plant.model])
     ]
     numbers = [
         k

@@ -13,7 +13,7 @@ from pathlib import Path
 from pidcfg.text.frozen import frozen
 
 TABLE_FILE = Path(__file__).with_name("rules.json")
-PREFIX = "PID"
+PID_PREFIX = "PID"
 """The prefix of codes that belong to no vendor."""
 
 
@@ -44,7 +44,7 @@ def text_by_code(code: str) -> RuleText | None:
 
 
 @cache
-def texts() -> dict[str, RuleText]:
+def rule_texts() -> dict[str, RuleText]:
     """The texts of all rules by code, in order."""
     return {row["code"]: RuleText(**row) for row in json.loads(TABLE_FILE.read_text("utf-8"))}
 
@@ -57,12 +57,12 @@ def table_of(rows: list[RuleText]) -> str:
 
 def has_prefix(code: str, prefix: str) -> bool:
     """Whether a code has a prefix; the prefix that all codes once had, and any part of it, matches every code."""
-    return code.startswith(prefix) or PREFIX.startswith(prefix)
+    return code.startswith(prefix) or PID_PREFIX.startswith(prefix)
 
 
 def list_texts(prefix: str) -> dict[str, RuleText]:
     """The texts of the rules whose codes have a prefix, in order."""
-    return {code: rule for code, rule in texts().items() if has_prefix(code, prefix)}
+    return {code: rule for code, rule in rule_texts().items() if has_prefix(code, prefix)}
 
 
 def rule_data(rule: RuleText) -> dict[str, object]:

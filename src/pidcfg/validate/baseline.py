@@ -16,7 +16,7 @@ from pidcfg.text.source import Comment, FindingLines, comments_in, read_document
 from pidcfg.text.writer import json_line
 from pidcfg.validate.catalog import RULES_HINT, find_rules, is_ignorable, is_unusable, suggest_code
 from pidcfg.validate.fixes import apply_edits, find_line_break
-from pidcfg.validate.rule import D315, D317, SUPPRESSION
+from pidcfg.validate.rule import D315, D317, IGNORE_RULES
 
 # --- Known findings: a list that is written once and from then on only shrinks ----------------------------------------
 #
@@ -25,9 +25,9 @@ from pidcfg.validate.rule import D315, D317, SUPPRESSION
 # such findings there are. So it survives every edit that does not touch its loop, and a value that changes is a new
 # finding, at whichever key it stands.
 
-VERSION = 3
+FORMAT_VERSION = 3
 """Of the format; those before it were never released."""
-NEVER_IN_BASELINE = frozenset(rule.code for rule in SUPPRESSION)
+NEVER_IN_BASELINE = frozenset(rule.code for rule in IGNORE_RULES)
 """What is wrong with ignores and with the baseline itself is to be corrected, and never enters a baseline."""
 COUNT_KEY = "count"
 
@@ -117,7 +117,7 @@ def baseline_text(entries: Iterable[Entry]) -> str:
     """A baseline as a file: one entry a line, in order, so that a diff shows what was removed."""
     rows = [_entry_row(e, count) for e, count in sorted(Counter(entries).items(), key=lambda row: _entry_order(row[0]))]
     body = "[\n" + ",\n".join(f"    {row}" for row in rows) + "\n  ]" if rows else "[]"
-    return f'{{\n  "version": {VERSION},\n  "findings": {body}\n}}\n'
+    return f'{{\n  "version": {FORMAT_VERSION},\n  "findings": {body}\n}}\n'
 
 
 def _entry_order(e: Entry) -> tuple[str, ...]:
@@ -139,12 +139,12 @@ def parse_baseline(text: str) -> list[Entry]:
     except (RecursionError, ValueError) as error:
         raise BaselineError(f"1:1: not JSON: {type(error).__name__}") from None
     if not isinstance(data, dict) or not isinstance(data.get("findings"), list):
-        raise BaselineError(f"1:1: not a baseline of version {VERSION}")
+        raise BaselineError(f"1:1: not a baseline of version {FORMAT_VERSION}")
     version = data.get("version")
-    if isinstance(version, bool) or not isinstance(version, int) or not 0 < version <= VERSION:
-        raise BaselineError(f"1:1: not a baseline of version {VERSION}")
-    if version < VERSION:
-        raise BaselineError(f"1:1: a baseline of version {version}; this pidcfg reads version {VERSION}")
+    if isinstance(version, bool) or not isinstance(version, int) or not 0 < version <= FORMAT_VERSION:
+        raise BaselineError(f"1:1: not a baseline of version {FORMAT_VERSION}")
+    if version < FORMAT_VERSION:
+        raise BaselineError(f"1:1: a baseline of version {version}; this pidcfg reads version {FORMAT_VERSION}")
     entries = list[Entry]()
     for number, row in enumerate(data["findings"]):
         entries += _read_entry(number, row)
@@ -214,14 +214,14 @@ def stale_finding(message: str, row: str, text: str, file: str) -> Diagnostic:
 # stands at the very beginning of its comment: a line that was commented out, or prose, ignores nothing. What an alias
 # (``*name``) brings to another place is ignored at the alias.
 
-HINT = re.compile(r"#[ \t]*pidcfg:[ \t]*(?:ignore|[\w-]+[ \t]*\[)", re.IGNORECASE)
+COMMENT_HINT = re.compile(r"#[ \t]*pidcfg:[ \t]*(?:ignore|[\w-]+[ \t]*\[)", re.IGNORECASE)
 """What a text must hold before its comments are looked for: most files have none."""
 DIRECTIVE = re.compile(
     r"#[ \t]*pidcfg:[ \t]*(?P<word>[\w-]+)[ \t]*(?:\[(?P<codes>[^\]#]*)\])?(?P<reason>.*?)(?=\s#|$)", re.IGNORECASE
 )
 IGNORE_WORD = "ignore"
-PUT_FIRST = "put it first, with all its codes in one bracket"
-WRITE_IGNORE = "write # pidcfg: ignore[DL211] reason"
+FIRST_CURE = "put it first, with all its codes in one bracket"
+IGNORE_CURE = "write # pidcfg: ignore[DL211] reason"
 MAX_SUGGESTIONS = 100
 """Comments of a file whose unknown codes are compared with all there are."""
 
@@ -257,7 +257,7 @@ class _IgnoreComment:
 
 def suppress(findings: Sequence[Diagnostic], doc: Document) -> SuppressionResult:
     """Removes the findings that comments of the file ignore, and adds the mistakes in these comments."""
-    if not HINT.search(doc.text) or any(map(is_unusable, findings)):
+    if not COMMENT_HINT.search(doc.text) or any(map(is_unusable, findings)):
         return SuppressionResult(list(findings))
     ignores, problems = _read_comments(doc)
     remaining: list[Diagnostic] = []
@@ -292,17 +292,17 @@ def _read_comments(doc: Document) -> tuple[list[_IgnoreComment], list[Diagnostic
             span = _comment_part(comment, match.start(), match.end())
             if match.start() and match["word"].lower() == IGNORE_WORD:
                 if first or not comment.is_alone:
-                    problems.append(_comment_problem("PID045", "an ignore begins its comment", doc, span, PUT_FIRST))
+                    problems.append(_comment_problem("PID045", "an ignore begins its comment", doc, span, FIRST_CURE))
                 continue
             codes = _codes_of(match)
             if match["word"].lower() != IGNORE_WORD:
                 if match["codes"] is not None:
                     problems.append(
-                        _comment_problem("PID045", f"{match['word']!r} is no word of pidcfg's", doc, span, WRITE_IGNORE)
+                        _comment_problem("PID045", f"{match['word']!r} is no word of pidcfg's", doc, span, IGNORE_CURE)
                     )
             elif not codes:
                 problems.append(
-                    _comment_problem("PID045", "the comment names no code to ignore", doc, span, WRITE_IGNORE)
+                    _comment_problem("PID045", "the comment names no code to ignore", doc, span, IGNORE_CURE)
                 )
             else:
                 target = next_lines[comment.line] if comment.is_alone else comment.line
@@ -405,7 +405,7 @@ def ignore_edit(doc: Document, finding: Diagnostic, reason: str) -> Edit | None:
     line = FindingLines(doc).line_of(finding) if is_ignorable(finding) and doc.data is not None else 0
     if not 0 < line <= len(doc.lines):
         return None
-    ignores = _read_comments(doc)[0] if HINT.search(doc.text) else []
+    ignores = _read_comments(doc)[0] if COMMENT_HINT.search(doc.text) else []
     existing = next((ignore for ignore in ignores if ignore.target == line), None)
     for edit, lines_added in _comments_for(doc, line, f"{finding.code}", reason, existing):
         new_doc = read_document(apply_edits(doc.text, [edit]).encode(), doc.file, doc.limits)

@@ -9,27 +9,38 @@ from functools import cache, lru_cache
 from pidcfg.about import SITE
 from pidcfg.text.diagnostics import Diagnostic, Severity, number_of
 from pidcfg.text.references import Decision
-from pidcfg.validate import PREFIX, RuleText, has_prefix, list_texts, texts
-from pidcfg.validate.rule import LISTING, LIVE, READING, SCENARIO, SCHEMA, SUPPRESSION, Rule
+from pidcfg.validate import PID_PREFIX, RuleText, has_prefix, list_texts, rule_texts
+from pidcfg.validate.rule import (
+    IGNORE_RULES,
+    LISTING_RULES,
+    LIVE_RULES,
+    READING_RULES,
+    SCENARIO_RULES,
+    SCHEMA_RULES,
+    Rule,
+)
 from pidcfg.vendors import VENDORS
 
 # --- All rules by code: the only module that knows what a code looks like, and whose rules it belongs to --------------
 #
 # Only the modules are imported that have the rules in question: one finding needs the rules of one vendor.
 
-CODE_PATTERN = re.compile(rf"(?:{'|'.join([PREFIX, *(vendor.prefix for vendor in VENDORS.values())])})[0-9]{{3}}")
+CODE_PATTERN = re.compile(rf"(?:{'|'.join([PID_PREFIX, *(vendor.prefix for vendor in VENDORS.values())])})[0-9]{{3}}")
 """A code as it is written in full."""
 CODE_SEPARATORS = re.compile("[^A-Z0-9]")
 """What people write within a code: blanks, hyphens, dots."""
 RULES_HINT = "'pidcfg rule' lists all"
 FILE_GROUP, COMMON_GROUP = "reading", "common"
 GROUPS = {
-    FILE_GROUP: f"{PREFIX}0",
-    COMMON_GROUP: f"{PREFIX}1",
+    FILE_GROUP: f"{PID_PREFIX}0",
+    COMMON_GROUP: f"{PID_PREFIX}1",
     **{vendor.key: vendor.prefix for vendor in VENDORS.values()},
 }
 """The prefixes of codes about any file, of the common rules, and of each vendor; no code changes its group."""
-FILE_RULES = {rule.code: rule for rule in (*READING, *LISTING, *LIVE, *SCHEMA, *SUPPRESSION, *SCENARIO)}
+FILE_RULES = {
+    rule.code: rule
+    for rule in (*READING_RULES, *LISTING_RULES, *LIVE_RULES, *SCHEMA_RULES, *IGNORE_RULES, *SCENARIO_RULES)
+}
 """What can be wrong with any file, before rules over a configuration run."""
 
 
@@ -65,14 +76,14 @@ def _nearest_code(code: str, name: str) -> str | None:
 
     code = re.sub("(?<=[0-9])O|O(?=[0-9])", "0", code)
     number, begin = re.search("[0-9]{3}", code), re.match("[A-Z]+[0-9]{2}", code)
-    for rule_code, rule in texts().items():
+    for rule_code, rule in rule_texts().items():
         if name == rule.name or (number and number_of(rule_code) == number[0]):
             return rule_code
     if begin and not number:
-        digits = begin[0].removeprefix(PREFIX)
-        for rule_code in list_texts(begin[0]) or (code for code in texts() if number_of(code).startswith(digits)):
+        digits = begin[0].removeprefix(PID_PREFIX)
+        for rule_code in list_texts(begin[0]) or (code for code in rule_texts() if number_of(code).startswith(digits)):
             return rule_code.removesuffix(number_of(rule_code)) + number_of(rule_code)[:2]
-    return closest_name(code, texts()) if len(re.findall("[0-9]", code)) > 1 else None
+    return closest_name(code, rule_texts()) if len(re.findall("[0-9]", code)) > 1 else None
 
 
 def rule_of(code: str) -> Rule:

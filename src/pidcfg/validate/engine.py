@@ -20,7 +20,7 @@ from pidcfg.text.signs import QUOTES, code_point, is_curly_quoted, match_ignorin
 from pidcfg.text.source import read_document
 from pidcfg.text.writer import json_line
 from pidcfg.validate.catalog import checklist_lines, is_to_check
-from pidcfg.validate.rule import D720, D931, LOOPS, PLACEHOLDER, key_of, loop_name, shorten_value, value_of
+from pidcfg.validate.rule import D720, D931, LOOPS_KEY, PLACEHOLDER, key_of, loop_name, shorten_value, value_of
 from pidcfg.validate.schema import DID_YOU_MEAN, describe_wrong_choice, quote_edit, read_model, value_edit
 from pidcfg.vendors import VENDORS, Vendor
 
@@ -238,38 +238,38 @@ class ReadableLoops:
     @property
     def _unreadable_names(self) -> set[str]:
         """The names of the loops that cannot be read, as far as they can."""
-        return {loop_name(self.doc, (LOOPS, i)) for i in self.unreadable}
+        return {loop_name(self.doc, (LOOPS_KEY, i)) for i in self.unreadable}
 
     def _fill_with_copies(self) -> dict[str, Any]:
         loops = list(self._all_loops)
         for i in self.unreadable:
-            name = loop_name(self.doc, (LOOPS, i))
+            name = loop_name(self.doc, (LOOPS_KEY, i))
             loops[i] = {**loops[self.readable[0]], **({"name": name} if name else {})}
-        return {**(self.doc.data or {}), LOOPS: loops}
+        return {**(self.doc.data or {}), LOOPS_KEY: loops}
 
     def _drop_unreadable(self) -> dict[str, object]:
-        return {**(self.doc.data or {}), LOOPS: [self._all_loops[i] for i in self.readable]}
+        return {**(self.doc.data or {}), LOOPS_KEY: [self._all_loops[i] for i in self.readable]}
 
     @property
     def _all_loops(self) -> list[Any]:
-        loops: list[Any] = (self.doc.data or {})[LOOPS]
+        loops: list[Any] = (self.doc.data or {})[LOOPS_KEY]
         return loops
 
     def _make_remark(self) -> Diagnostic:
-        names = [loop_name(self.doc, (LOOPS, i)) or f"loop {i + 1}" for i in self.unreadable]
+        names = [loop_name(self.doc, (LOOPS_KEY, i)) or f"loop {i + 1}" for i in self.unreadable]
         more = f" and {len(names) - MAX_LOOPS_NAMED} more" if len(names) > MAX_LOOPS_NAMED else ""
         message = (
             f"{', '.join(names[:MAX_LOOPS_NAMED])}{more} cannot be read: each other loop was checked by itself, "
             "what concerns several loops was not"
         )
         cure = "correct the errors, and check again"
-        place = self.doc.locate((LOOPS,), key=True)
-        return Diagnostic("PID038", Severity.INFO, message, self.doc.file, place, (LOOPS,), help=cure)
+        place = self.doc.locate((LOOPS_KEY,), key=True)
+        return Diagnostic("PID038", Severity.INFO, message, self.doc.file, place, (LOOPS_KEY,), help=cure)
 
 
 def readable_loops(doc: Document, errors: Iterable[Diagnostic]) -> ReadableLoops | None:
     """The loops without errors, where every error is in a loop, and some loop has none."""
-    loops = (doc.data or {}).get(LOOPS)
+    loops = (doc.data or {}).get(LOOPS_KEY)
     unreadable = {loop_index(d.path) for d in errors if d.severity is Severity.ERROR}
     if not isinstance(loops, list) or None in unreadable:
         return None
@@ -283,7 +283,7 @@ def readable_loops(doc: Document, errors: Iterable[Diagnostic]) -> ReadableLoops
 
 def loop_index(path: Path) -> int | None:
     """The number of the loop that a path is in; None: it is in none."""
-    return path[1] if len(path) > 1 and path[0] == LOOPS and isinstance(path[1], int) else None
+    return path[1] if len(path) > 1 and path[0] == LOOPS_KEY and isinstance(path[1], int) else None
 
 
 # --- From a document to its findings: the text's problems, then the schema's, then the rules over model and image -----

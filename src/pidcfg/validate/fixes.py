@@ -16,7 +16,7 @@ from pidcfg.text.paths import Path, has_key, set_value, value_at
 from pidcfg.text.references import Decision
 from pidcfg.text.source import read_document
 from pidcfg.validate.catalog import is_ignorable, is_unusable
-from pidcfg.validate.rule import READING, SCHEMA
+from pidcfg.validate.rule import READING_RULES, SCHEMA_RULES
 from pidcfg.validate.schema import QUOTES
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -45,7 +45,7 @@ D316 = Decision(
 )
 
 NO_VENDOR_CODES = {"PID031", "PID032"}
-SCHEMA_CODES = {rule.code for rule in (*READING, *SCHEMA)} - NO_VENDOR_CODES
+SCHEMA_CODES = {rule.code for rule in (*READING_RULES, *SCHEMA_RULES)} - NO_VENDOR_CODES
 LAST_STAGE = 2
 PLACEHOLDER = "x"
 BOM = b"\xef\xbb\xbf"
@@ -88,9 +88,9 @@ D1032 = Decision(
     "findings alone (D316). A cure that says more, as of another unit, is not offered.",
     "A person who reads the message and picks its cure has decided; typing the word again decides nothing.",
 )
-NUMBER = r"(-?[0-9][^\s:,]*(?: [^\s:,]+)?)"
+NUMBER_FORM = r"(-?[0-9][^\s:,]*(?: [^\s:,]+)?)"
 """A number, or one with its unit."""
-SUGGESTION = re.compile(rf"did you mean '?([^'?]+)'?\?|write {NUMBER}(?: or {NUMBER})?(?:: .*)?", re.DOTALL)
+SUGGESTION = re.compile(rf"did you mean '?([^'?]+)'?\?|write {NUMBER_FORM}(?: or {NUMBER_FORM})?(?:: .*)?", re.DOTALL)
 """A cure that is one word, or one or two numbers."""
 QUOTED_WORD = re.compile(r"'([^']+)'")
 
@@ -298,9 +298,9 @@ def same_data(one: Any, other: Any) -> bool:
 # same indentation, or behind a comma within braces. Where the new text would say anything else besides (an alias
 # stands for the whole section, an anchor is used elsewhere), nothing is made.
 
-ALIAS = re.compile(r"[\"']?\s*:\s+(?P<name>\*[^\s,\[\]{}]+)")
+ALIAS_PATTERN = re.compile(r"[\"']?\s*:\s+(?P<name>\*[^\s,\[\]{}]+)")
 """What follows a key whose value is an alias."""
-ANCHOR = re.compile(r"&[^\s,\[\]{}]+[ \t]+")
+ANCHOR_PATTERN = re.compile(r"&[^\s,\[\]{}]+[ \t]+")
 
 
 class PlacingError(ValueError):
@@ -311,7 +311,7 @@ class PlacingError(ValueError):
         self.line = line
 
 
-def with_values(data: bytes, doc: Document, values: Mapping[Path, str], predecessors: Mapping[Path, Path]) -> bytes:
+def replace_values(data: bytes, doc: Document, values: Mapping[Path, str], predecessors: Mapping[Path, Path]) -> bytes:
     """The bytes of a file with other texts at some paths; ``doc`` is that file as read.
 
     A text with a blank inside keeps the quotes that it had. ``predecessors``: the key that a missing one goes behind.
@@ -374,10 +374,10 @@ class _KeyPlace:
             key, node = entry
         key_span, value = span_of(key), node.span
         row = doc.lines[key_span.end_line - 1]
-        alias = ALIAS.match(row, key_span.end_column - 1)
+        alias = ALIAS_PATTERN.match(row, key_span.end_column - 1)
         if alias is not None:
             value = Span(key_span.line, alias.start("name") + 1, key_span.line, alias.end("name") + 1)
-        anchor = ANCHOR.match(doc.lines[value.line - 1], value.column - 1)
+        anchor = ANCHOR_PATTERN.match(doc.lines[value.line - 1], value.column - 1)
         if anchor is not None:
             value = Span(value.line, anchor.end() + 1, value.end_line, value.end_column)
         quote = doc.lines[value.line - 1][value.column - 1 : value.column]

@@ -258,7 +258,7 @@ def _remark_rule(code: str, name: str, title: str, why: str, fix: str, basis: De
 
 
 # fmt: off
-READING = (
+READING_RULES = (
     _unreadable_rule("PID001", "not-yaml", "The text is not YAML.", "A file that cannot be read cannot be checked.", "Correct the place that the message points at; indentation and missing quotes are the usual causes."),
     _unreadable_rule("PID002", "not-utf8", "The file is not UTF-8.", "Another encoding would change names and units silently.", "Save the file as UTF-8."),
     _unreadable_rule("PID003", "control-character", "The file holds a control character.", "NUL and its like have no place in text and break the tools that follow.", "Delete the character."),
@@ -277,18 +277,18 @@ READING = (
     _unreadable_rule("PID016", "bad-template", "A template is no loop, has a name, or has a list where the loop that uses it has something else.", "A template holds what equal loops have in common; lists are replaced as a whole, never in part.", "Write the keys of a loop below the template's name, and what is a loop's own into the loop."),
     _unreadable_rule("PID040", "unreadable", "A file cannot be opened.", "It is missing, a folder without configurations, or not permitted.", "Check the path."),
 )
-LISTING = (
+LISTING_RULES = (
     _unreadable_rule("PID041", "bad-listing", "A memory listing cannot be read, or its words are no configuration.", "A missing or impossible word would have to be guessed.", "Export the listing again, or name its format with --from and what it lacks with the options of `pidcfg decode`."),
     _unignorable_rule("PID042", "not-convertible", "A configuration does not say what its conversion needs.", "A range, a sample time or a form that is guessed is a wrong gain.", "Add the key that the message names."),
 )
-LIVE = (
+LIVE_RULES = (
     _unignorable_rule("PID065", "plc-differs", "A PLC holds another setting than its file.", "What runs is not what was agreed: somebody has changed the PLC or the file, or a download was never made.", "Find out who changed it; correct the file, or write its value into the PLC."),
     _unreadable_rule("PID066", "plc-not-reached", "A PLC is not reached, or does not give what is asked for.", "Nothing has been compared: that is neither a pass nor a difference.", "Look at the cable, the address, the unit number and what the PLC allows over Modbus; the message names the function and the register."),
     _unignorable_rule("PID069", "setting-not-read", "A setting of a file is in no register of the PLC, so that it was not compared.", "The PLC may run with another one, and nothing here would show it: a gain that was doubled, an action that was turned round.", "Look at it in the vendor's software, or give it a register and a row of the map; `--strict` ends with 1 for it.", Severity.WARNING),
     _unignorable_rule("PID067", "unusable-map", "The Modbus map that a configuration names cannot be used.", "A register that is missing from it, or that it has twice, would be read as another one's, or not at all.", "Correct the line of the map that the message names; `pidcfg encode FILE --format modbus-map` writes one to be filled in."),
 )
 """What `pidcfg compare` finds, and what is wrong with the map that it reads by."""
-SCHEMA = (
+SCHEMA_RULES = (
     _unignorable_rule("PID020", "unknown-key", "A key is not known here.", "It would be ignored, and the setting it was meant for would keep its default.", "Correct the spelling; the message suggests the nearest key."),
     _unignorable_rule("PID021", "missing-key", "A required key is missing.", "It has no safe default.", "Add the key."),
     _unignorable_rule("PID022", "wrong-type", "A value is of the wrong kind.", "A list, a text or a number stands where another kind is wanted.", "Write the kind that the message asks for."),
@@ -313,7 +313,7 @@ SCHEMA = (
     _unignorable_rule("PID038", "loops-not-checked", "Some loops cannot be read, so what concerns several loops was not checked.", "Rules that compare loops would find faults of a loop that is not there; the other loops were checked each by itself.", "Correct the errors of the loops that cannot be read, and check again.", Severity.INFO),
     replace(_unignorable_rule("PID039", "unit-without-range", "A number has a unit, and no range makes counts of it.", "The PLC would get the bare number as counts: 85 °C of a range of 200 would be 4.2 °C.", "Give the range of that side, or write counts."), basis=D930),
 )
-SUPPRESSION = (
+IGNORE_RULES = (
     _remark_rule("PID043", "unused-ignore", "A comment ignores findings that are not there.", "It would hide the next one of its kind that comes to this line.", "Delete the comment, or the code; `--fix` does it."),
     _remark_rule("PID044", "ignore-of-unknown-code", "A comment ignores a code that no rule has.", "It ignores nothing, and somebody believes it does.", "Correct the code; `pidcfg rule` lists all. Codes are written in full."),
     _remark_rule("PID045", "malformed-ignore", "A comment begins like an ignore but cannot be read as one.", "It ignores nothing. An ignore without codes would hide everything that comes to its line.", "Write `# pidcfg: ignore[DL211] reason`."),
@@ -322,7 +322,7 @@ SUPPRESSION = (
     _remark_rule("PID048", "stale-baseline-entry", "A baseline knows a finding that no longer occurs.", "It would hide the same finding when it comes back.", "Run `pidcfg validate` on the same paths with `--shrink-baseline`.", D317),
 )
 """Mistakes in comments and baselines that are to suppress findings."""
-SCENARIO = (
+SCENARIO_RULES = (
     _unignorable_rule("PID050", "unknown-name", "A scenario names a loop, signal, alarm, mode or key that its configuration does not have.", "The event or expectation would concern nothing.", "Correct the spelling; the message suggests the nearest name."),
     _unignorable_rule("PID051", "bad-expression", "An expression of signals cannot be read.", "Only numbers, declared names, + - * /, parentheses and min, max, abs, sqrt have a meaning.", "Correct the character that the message points at."),
     _unignorable_rule("PID052", "keys-do-not-combine", "Keys of a plant, an event or an expectation do not go together.", "It would not be clear what is meant.", "Keep the keys that the message names."),
@@ -384,7 +384,7 @@ WRONG_TYPE_CODE = "PID022"
 # are called by their names, items without a name are not counted, and a value is brought into one spelling. What
 # stands above all loops (the list of loops, the file) has no value, since every edit would change it.
 
-LOOPS = "loops"
+LOOPS_KEY = "loops"
 MAX_VALUE_LENGTH = 80
 """Characters of a value before its hash stands for it."""
 MAX_DIGITS = 400
@@ -395,8 +395,8 @@ HASH_DIGITS = 16
 
 def loop_name(doc: Document, path: Path) -> str:
     """The name of the loop that a path is in; empty where it is in none, or the name cannot be read."""
-    loops = (doc.data or {}).get(LOOPS)
-    if len(path) > 1 and path[0] == LOOPS and isinstance(path[1], int) and isinstance(loops, list):
+    loops = (doc.data or {}).get(LOOPS_KEY)
+    if len(path) > 1 and path[0] == LOOPS_KEY and isinstance(path[1], int) and isinstance(loops, list):
         return (_item_name(loops[path[1]]) if path[1] < len(loops) else None) or ""
     return ""
 
@@ -411,7 +411,7 @@ def key_of(doc: Document, path: Path) -> str:
             text += f".{step}"
             continue
         name = _item_name(data)
-        if depth == 1 and path[0] == LOOPS and name:
+        if depth == 1 and path[0] == LOOPS_KEY and name:
             text, has_name = "", True
         elif name:
             text, has_name = f"{text}[{name}]", True
@@ -422,7 +422,7 @@ def key_of(doc: Document, path: Path) -> str:
 
 def value_of(doc: Document, path: Path) -> str | None:
     """What is written at a path, in one spelling; a hash of a mapping and of a long text; None where nothing is."""
-    if not path or path == (LOOPS,):
+    if not path or path == (LOOPS_KEY,):
         return None
     data = _data_at(doc, path)
     if data is None:

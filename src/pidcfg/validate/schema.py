@@ -196,7 +196,7 @@ WORD_AND_REST = re.compile(r"(?P<word>[\w -]*\w) *(?:#|//|\(\*|[;,]$)\s*(?P<rest
 """A word with a comment, or the end of a line of another language, behind it."""
 SWITCH_WORDS = {"on", "off", "yes", "no", "true", "false"}
 SUGGESTED_WORD = re.compile(rf"{DID_YOU_MEAN}([^?]+)\?")
-WORD = re.compile(r"\w+")
+WORD_PATTERN = re.compile(r"\w+")
 
 M = TypeVar("M", bound=BaseModel)
 
@@ -241,7 +241,7 @@ def _drop_suggested_keys(errors: list[Diagnostic]) -> Iterator[Diagnostic]:
 def _suggested_paths(d: Diagnostic) -> Iterator[Path]:
     """The keys that the cure of an unknown one names, beside it and below the loop."""
     match = SUGGESTED_WORD.search(d.help or "")
-    words = WORD.findall(match[1]) if match else []
+    words = WORD_PATTERN.findall(match[1]) if match else []
     yield from ((*d.path[:-1], word) for word in words)
     yield from ((*d.path[:2], *words[: i + 1]) for i in range(len(words)))
 

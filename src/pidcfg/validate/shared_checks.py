@@ -518,7 +518,7 @@ def purpose_of(loop: Any) -> Purpose | None:
 
 # --- The action, by the word that each vendor has for it --------------------------------------------------------------
 
-ACTION = "action"
+ACTION_KEY = "action"
 """The key of those whose word stands alone."""
 
 
@@ -538,7 +538,7 @@ class Action:
 def action_key(vendor: Vendor) -> str:
     """The key that says the action of a loop."""
     key, blank, _ = tables_of(vendor).TUNING_NUMBERS.heating.partition(" ")
-    return key.rstrip(":") if blank else ACTION
+    return key.rstrip(":") if blank else ACTION_KEY
 
 
 def action_word(vendor: Vendor, *, raises_pv: bool) -> str:

@@ -31,7 +31,7 @@ EPILOG = options.examples_text(
 )
 DEFAULT_WORST = 3
 """Worst samples that are listed where none is to be kept."""
-MAX_KEPT = 100
+MAX_KEPT_SAMPLES = 100
 DEFAULT_SAMPLES = 2_000
 MIN_RATE_SECONDS = 1.0
 """Seconds after which a rate says something."""
@@ -61,7 +61,7 @@ MIN_RATE_SECONDS = 1.0
 )
 @click.option(
     "--keep-worst",
-    type=options.LimitedInteger(0, MAX_KEPT),
+    type=options.LimitedInteger(0, MAX_KEPT_SAMPLES),
     help="Write the N worst samples as scenarios beside theirs: NAME.sample-I.scenario.yaml.",
     metavar="N",
 )
@@ -176,7 +176,7 @@ def run_all(
                 keep=None if resume is None else file_keeper(resume),
                 files=RECORDED_DISK,
                 limits=limits,
-                progress=Rate(label, samples).update,
+                progress=RateLabel(label, samples).update,
                 remark=show_remark,
             ).outcome
         except ArgumentError as error:
@@ -186,7 +186,7 @@ def run_all(
             raise click.ClickException(f"{error}{_resume_hint(resume)}") from None
 
 
-class Rate:
+class RateLabel:
     """The line's label, with how many samples are run in a second."""
 
     def __init__(self, label: str, samples: int) -> None:

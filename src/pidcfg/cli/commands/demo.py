@@ -34,7 +34,7 @@ SHOWN_FIELDS = (
 WIDTH, HEIGHT = 80, 6
 """Columns of the screen, lines of the picture."""
 FILE_NAME = "loop.yaml"
-COMMENT = re.compile(r" +# .*")
+COMMENT_PATTERN = re.compile(r" +# .*")
 REFERENCE_PREFIX = "      = see: "
 """How the line of a finding begins that names the manual's page."""
 
@@ -53,7 +53,7 @@ def screen_lines(vendor: str) -> Iterator[str]:
     """The lines of the screen."""
     text = (files("pidcfg") / VENDORS[vendor].starter).read_text("utf-8")
     yield f"{VENDORS[vendor].title}: pidcfg validate finds a mistake"
-    yield from finding_lines(COMMENT.sub("", text.replace(*MISTAKES[vendor])))
+    yield from finding_lines(COMMENT_PATTERN.sub("", text.replace(*MISTAKES[vendor])))
     words, count = sample_words(text)
     yield f"Corrected: pidcfg encode gives {count} words for the PLC, among them"
     yield from words

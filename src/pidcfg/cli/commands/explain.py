@@ -80,7 +80,7 @@ def command(
     Without a THING, lists what can be asked for.
     """
     from pidcfg.api import explain
-    from pidcfg.output.explanation import QuestionError, as_text, forms_text
+    from pidcfg.output.explanation import QuestionError, as_text, examples_text
 
     configuration = None if config is None else _read_configuration(config, limits)
     try:
@@ -95,7 +95,7 @@ def command(
     if fmt == "json":
         echo_json(json_text(result.to_json()))
     elif not result.pages:
-        show_text(forms_text(result.examples))
+        show_text(examples_text(result.examples))
     elif all(page.markdown for page in result.pages):
         show_markdown(as_text(result.pages))
     else:

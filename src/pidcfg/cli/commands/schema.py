@@ -8,7 +8,7 @@ import click
 
 from pidcfg.cli import options
 from pidcfg.cli.console import echo_json, show_text
-from pidcfg.output.json_schemas import OUTPUTS, SCENARIO, schema
+from pidcfg.output.json_schemas import OUTPUT_SCHEMAS, SCENARIO, schema
 from pidcfg.text.writer import json_text
 from pidcfg.vendors import VENDORS
 
@@ -27,7 +27,7 @@ EPILOG = options.examples_text(
 
 @click.command("schema", epilog=EPILOG)
 @click.argument(
-    "name", metavar="[NAME]", type=click.Choice([*VENDORS, SCENARIO, SETTINGS_NAME, *OUTPUTS]), required=False
+    "name", metavar="[NAME]", type=click.Choice([*VENDORS, SCENARIO, SETTINGS_NAME, *OUTPUT_SCHEMAS]), required=False
 )
 @options.OUTPUT_OPTION
 @options.FORCE_OPTION
@@ -41,7 +41,7 @@ def command(name: str | None, out: str | None, force: bool) -> None:
     if name is None:
         rows = [(v.key, v.title) for v in VENDORS.values()]
         rows += [(SCENARIO, "simulation scenarios"), (SETTINGS_NAME, "settings in pidcfg.toml")]
-        rows += [(key, f"what pidcfg {words} prints") for key, (_, words) in OUTPUTS.items()]
+        rows += [(key, f"what pidcfg {words} prints") for key, (_, words) in OUTPUT_SCHEMAS.items()]
         show_text("".join(f"{key:<16} {title}\n" for key, title in rows))
         return
     text = json_text(document_schema(name))

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 # --- The verdicts of the battery as text and Markdown -----------------------------------------------------------------
 
 SIGNAL_NAMES = {"pv": "PV", "output": "output", "setpoint": "set point", "mode": "mode", "run": "no run"}
-NO_LOOPS = "  no loop could be compared"
+NO_LOOPS_TEXT = "  no loop could be compared"
 
 
 def verdict_text(loops: Sequence[VerifiedLoop], *, pictures: bool = True) -> str:
@@ -49,7 +49,7 @@ def verdict_text(loops: Sequence[VerifiedLoop], *, pictures: bool = True) -> str
         lines += [f"  not shown: {text}" for text in _hidden_lines(loop.hidden)]
         if pictures:
             lines.append(chart_text(replace(loop.chart, title=""), sys.stderr))
-    return "\n".join(lines if loops else [*lines, NO_LOOPS]) + "\n"
+    return "\n".join(lines if loops else [*lines, NO_LOOPS_TEXT]) + "\n"
 
 
 def verdict_brief(loops: Sequence[VerifiedLoop]) -> str:
@@ -77,7 +77,7 @@ def verdict_brief(loops: Sequence[VerifiedLoop]) -> str:
     ):
         if shared := _fields_with_loops(fields):
             lines.append(fill(f"  {title}: {'; '.join(shared)}", NARROW_WIDTH, subsequent_indent="    "))
-    return "\n".join(lines if loops else [*lines, NO_LOOPS]) + "\n"
+    return "\n".join(lines if loops else [*lines, NO_LOOPS_TEXT]) + "\n"
 
 
 def _fields_with_loops(fields: Mapping[str, Sequence[str]]) -> list[str]:

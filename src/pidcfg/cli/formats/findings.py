@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 STDIN = "<stdin>"
 """The name of standard input in reports."""
-CHECKOUTS = ("GITHUB_WORKSPACE", "CI_PROJECT_DIR")
+CHECKOUT_VARIABLES = ("GITHUB_WORKSPACE", "CI_PROJECT_DIR")
 """Variables in which a CI system names the folder of its checkout, which the names in its formats are relative to."""
 VOLATILE_TEXT = re.compile(r"\bline \d+|\b[A-Z]{1,3}\d+\b|; measured: .*", re.DOTALL)
 """What differs in a message between runs of the same fault: line numbers, registers that move when a loop is inserted
@@ -69,7 +69,7 @@ class Findings:
 def checkout_folder() -> Path:
     """The folder that names are relative to: the CI system's checkout when we run inside it, else where we run."""
     working_folder = Path.cwd()
-    for name in CHECKOUTS:
+    for name in CHECKOUT_VARIABLES:
         folder = os.environ.get(name, "")
         if Path(folder).is_absolute() and working_folder.is_relative_to(Path(folder).resolve()):
             return Path(folder).resolve()
@@ -150,7 +150,7 @@ def finding_lines(d: Diagnostic) -> list[str]:
 # --- Findings as text and as JSON, as many commands print them --------------------------------------------------------
 
 Documents = Mapping[str, Document]
-MAX_LINE = 160
+MAX_LINE_LENGTH = 160
 MAX_PLACES = 24
 """Further places that a line names before it only counts."""
 MAX_NAMES = 8
@@ -300,8 +300,8 @@ def _source_excerpt(d: Diagnostic, doc: Document | None) -> list[str]:
         return []
     row, start = to_printable(rows[d.span.line - 1]), d.span.column - 1
     end = d.span.end_column - 1 if d.span.end_line == d.span.line else len(row.rstrip())
-    begin = max(0, start - MAX_LINE // 2) if len(row) > MAX_LINE else 0
-    row = row[begin : begin + MAX_LINE]
+    begin = max(0, start - MAX_LINE_LENGTH // 2) if len(row) > MAX_LINE_LENGTH else 0
+    row = row[begin : begin + MAX_LINE_LENGTH]
     start, end = start - begin, min(end - begin, len(row))
     indent = "".join("\t" if c == "\t" else " " * width_of(c) for c in row[:start])
     return [f" {d.span.line:>4} | {row.rstrip()}", f"      | {indent}{'^' * max(1, width_of(row[start:end]))}"]

@@ -12,7 +12,7 @@ from pidcfg.cli.formats import Format, Kind, load_format, render_findings
 from pidcfg.cli.formats.findings import Findings, display_name, finding_lines, findings_text
 from pidcfg.output.runs import runs_data, signal_rows
 from pidcfg.sim.judgement.meters import METRICS, SWING_METRICS
-from pidcfg.sim.judgement.report import ACCEPTED_KIND, ASSUMED_KIND, ASSUMED_SIGN, Tally, summarise_verdicts
+from pidcfg.sim.judgement.report import ACCEPTED_KIND, ASSUMED_KIND, SIGN_TEXT, Tally, summarise_verdicts
 from pidcfg.text.diagnostics import START, Diagnostic, Severity
 from pidcfg.text.frozen import frozen
 from pidcfg.text.signs import CONTROL_SIGNS, pad_left, pad_right, to_one_line, width_of
@@ -217,7 +217,7 @@ def _verdicts_text(outcome: Outcome, report: Report) -> str:
 def _assumed_line(report: Report) -> str:
     """The loops whose action is not judged, in one line."""
     names = ", ".join(v.loop for v in report.standing if v.kind == ASSUMED_KIND)
-    return align_columns([(names, "not judged", f"whether the action is right: {ASSUMED_SIGN}")]) if names else ""
+    return align_columns([(names, "not judged", f"whether the action is right: {SIGN_TEXT}")]) if names else ""
 
 
 def _notes_text(report: Report) -> str:
@@ -258,7 +258,7 @@ def outcome_line(outcome: Outcome) -> str:
 def run_verdict_line(outcome: Outcome, report: Report) -> str:
     """How a run went, in one line."""
     failed = sum(not verdict.passed for verdict in report.expectations)
-    total, tally = len(report.expectations), Tally.of(report.standing)
+    total, tally = len(report.expectations), Tally.count(report.standing)
     errors = any(note.error for note in report.notes) or any(p.severity == "error" for p in report.problems)
     line = f"passed: {total} of {total} expectations, {tally.summary_text()}"
     if not report.expectations and not report.standing:

@@ -28,9 +28,9 @@ if TYPE_CHECKING:
 
 # --- Where the cursor stands: a text that is half written has no document, but it has brackets and indentation --------
 
-ITEM = re.compile(r"-(?: +|$)")
-KEY = re.compile(r"(?P<key>\"[^\"]*\"|'[^']*'|[^\s#\[\]{},:\"'](?:[^:#]|:(?! |$)|(?<! )#)*?) *:(?: +|$)")
-COMMENT = re.compile(r"(?:^|\s)#")
+ITEM_PATTERN = re.compile(r"-(?: +|$)")
+KEY_PATTERN = re.compile(r"(?P<key>\"[^\"]*\"|'[^']*'|[^\s#\[\]{},:\"'](?:[^:#]|:(?! |$)|(?<! )#)*?) *:(?: +|$)")
+COMMENT_PATTERN = re.compile(r"(?:^|\s)#")
 CLOSING_BRACKETS = {"{": "}", "[": "]"}
 
 
@@ -85,12 +85,12 @@ def _take_line(frames: list[_Frame], row: str) -> str:
         return _take_flow(frames, row)
     if not rest or rest.startswith("#"):
         return ""
-    _close_frames(frames, column, item=ITEM.match(rest) is not None)
-    while match := ITEM.match(rest):
+    _close_frames(frames, column, item=ITEM_PATTERN.match(rest) is not None)
+    while match := ITEM_PATTERN.match(rest):
         _begin_item(frames, column)
         rest, column = rest[match.end() :], column + match.end()
-        _close_frames(frames, column, item=ITEM.match(rest) is not None)
-    if match := KEY.match(rest):
+        _close_frames(frames, column, item=ITEM_PATTERN.match(rest) is not None)
+    if match := KEY_PATTERN.match(rest):
         _frame_at(frames, column, items=False).begin_key(match["key"].strip("'\""))
         rest = rest[match.end() :]
     return _take_flow(frames, rest) if rest[:1] in CLOSING_BRACKETS else rest
@@ -150,7 +150,7 @@ def _take_flow(frames: list[_Frame], row: str) -> str:
 
 def _cursor_of_line(frames: list[_Frame], row: str) -> Cursor | None:
     """The line in which the cursor stands, up to it."""
-    if COMMENT.search(_without_quotes(row)):
+    if COMMENT_PATTERN.search(_without_quotes(row)):
         return None
     in_brackets = bool(frames and frames[-1].is_flow)
     rest = row.lstrip(" ")
@@ -165,7 +165,7 @@ def _cursor_of_line(frames: list[_Frame], row: str) -> Cursor | None:
         is_key = not frame.is_list and frame.step is None
         return Cursor(_path_of(frames[:-1] if is_key else frames), is_key, prefix, tuple(frame.keys), is_flow=True)
     start = len(row) - len(prefix)
-    is_key = not KEY.match(re.sub(r"^(?:- +)+", "", rest)) and prefix == re.sub(r"^(?:- +)*", "", rest)
+    is_key = not KEY_PATTERN.match(re.sub(r"^(?:- +)+", "", rest)) and prefix == re.sub(r"^(?:- +)*", "", rest)
     if not is_key:
         return Cursor(_path_of(frames), is_key=False, prefix=prefix)
     mapping = frame if frame is not None and frame.column == start and not frame.is_list else None
@@ -189,7 +189,7 @@ def following_keys(rest: str, cursor: Cursor, column: int) -> Iterator[str]:
         if stripped and not stripped.startswith("#"):
             if indent < column or (indent == column and stripped.startswith("- ")):
                 return
-            key = KEY.match(stripped) if indent == column else None
+            key = KEY_PATTERN.match(stripped) if indent == column else None
             yield from [key["key"].strip("'\"")] if key is not None else []
 
 

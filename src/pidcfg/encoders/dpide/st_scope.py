@@ -14,12 +14,12 @@ from pidcfg.encoders.maps.dpide import AUTOTUNE_OPERANDS, DPIDE_TABLE, PROCESS_O
 from pidcfg.encoders.parameter_files import ParameterListing
 from pidcfg.encoders.parameters import Content, Parameter, UnknownContent, read_content
 from pidcfg.encoders.structured_text import (
+    BOOLEAN_WORDS,
     END,
     NAME,
     NUMBER,
     QUALIFIERS,
     STATEMENT_ENDS,
-    TRUTHS,
     TYPED_LITERAL,
     VARIABLE_KEYWORDS,
     Comment,
@@ -395,7 +395,7 @@ def is_constant(tokens: Sequence[Token]) -> bool:
     if CONSTANT_PATTERN.fullmatch(join_tokens(tokens)):
         return True
     return len(unsigned) == 1 and (
-        unsigned[0].kind in {NUMBER, TYPED_LITERAL} or (unsigned[0].kind == NAME and unsigned[0].upper in TRUTHS)
+        unsigned[0].kind in {NUMBER, TYPED_LITERAL} or (unsigned[0].kind == NAME and unsigned[0].upper in BOOLEAN_WORDS)
     )
 
 
@@ -434,7 +434,7 @@ def _literal_value(tokens: Sequence[Token]) -> tuple[bool | int | float, str]:
             raise tokens[0].error(f"{join_tokens(tokens)[:40]} is no number") from None
     token = tokens[-1]
     if token.kind == NAME:
-        return TRUTHS[token.upper], "other" if has_sign else "bool"
+        return BOOLEAN_WORDS[token.upper], "other" if has_sign else "bool"
     number = number_of(token)
     if isinstance(number, bool):
         return number, "bool"

@@ -135,7 +135,7 @@ class Window:
 
     low: int
     high: int
-    room: int = WORD_MAX
+    max_difference: int = WORD_MAX
 
     def encode(self, value: int) -> int:
         """Counts to the word."""

@@ -15,11 +15,11 @@ from pidcfg.encoders.maps.nextopid import BLOCK_TYPES, LOOP_TYPES, BlockType
 from pidcfg.encoders.nextopid.st_write import EQUALITY, MAX_PARENTHESES, OPERATORS, PRODUCT, SUM
 from pidcfg.encoders.parameters import Parameter
 from pidcfg.encoders.structured_text import (
+    BOOLEAN_WORDS,
     END,
     INTEGER_TYPES,
     NAME,
     REAL_TYPES,
-    TRUTHS,
     VARIABLE_KEYWORDS,
     Comment,
     Cursor,
@@ -554,8 +554,8 @@ class Wiring:
         parts = name_chain(cursor.tokens, cursor.position)
         if cursor.tokens[cursor.position + 1].text == "(":
             return self.parse_call(depth)
-        if len(parts) == 1 and parts[0].upper in TRUTHS:
-            self.emit_code(TRUTH, int(TRUTHS[parts[0].upper]))
+        if len(parts) == 1 and parts[0].upper in BOOLEAN_WORDS:
+            self.emit_code(TRUTH, int(BOOLEAN_WORDS[parts[0].upper]))
             cursor.take_token()
             return BOOL_KIND
         name, kind = self.resolve(parts)

@@ -43,9 +43,9 @@ D1001 = Decision(
 RUNTIME_FILE = "whatif-runtime.zip"
 CACHE_FOLDER = "whatif"
 """In the user's cache."""
-FORMAT = 1
-MANIFEST = "manifest.json"
-PYTHON = "python.gz"
+FORMAT_VERSION = 1
+MANIFEST_NAME = "manifest.json"
+PYTHON_NAME = "python.gz"
 """Python, its library and the wheels, packed by `pack_files`."""
 STARTER_FOLDER = "pidcfg/cli/starters/"
 """What `convert` reads of a part that is left out."""
@@ -83,10 +83,10 @@ def read_runtime(path: Path) -> Runtime:
     """The file; raises `RuntimeFileError`."""
     try:
         with zipfile.ZipFile(path) as archive:
-            manifest = json.loads(archive.read(MANIFEST))
-            if manifest.get("format") != FORMAT:
+            manifest = json.loads(archive.read(MANIFEST_NAME))
+            if manifest.get("format") != FORMAT_VERSION:
                 raise RuntimeFileError(f"{path} is of another version of pidcfg; {MAKE_HINT} anew")
-            python = archive.read(PYTHON)
+            python = archive.read(PYTHON_NAME)
             names = [name for name in archive.namelist() if name.startswith("compiled/")]
             compiled = {Path(name).stem: archive.read(name) for name in names}
     except FileNotFoundError:
@@ -100,9 +100,9 @@ def read_runtime(path: Path) -> Runtime:
 
 def runtime_entries(versions: dict[str, str], parts: dict[str, bytes], compiled: dict[str, bytes]) -> dict[str, bytes]:
     """The entries of such a file."""
-    manifest = json.dumps({"format": FORMAT, "versions": versions}, indent=1).encode()
+    manifest = json.dumps({"format": FORMAT_VERSION, "versions": versions}, indent=1).encode()
     modules = {f"compiled/{name}.pyc": data for name, data in sorted(compiled.items())}
-    return {MANIFEST: manifest, PYTHON: pack_files(parts), **modules}
+    return {MANIFEST_NAME: manifest, PYTHON_NAME: pack_files(parts), **modules}
 
 
 def pack_files(parts: dict[str, bytes], level: int = 9) -> bytes:

@@ -33,7 +33,7 @@ PLANT_PERCENT = tuple(range(70, 131))
 NUMBER_LABELS = {"gain": "Gain", "integral": "Reset (integral)", "derivative": "Rate (derivative)"}
 PLANT_LABELS = {"gain": "gain", "time": "time constant", "dead": "dead time"}
 TIME_KEYS = ("time_constant", "time_constants", "lead", "lag")
-NUMBER = re.compile(r"\s*([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)(.*)", re.DOTALL)
+NUMBER_PATTERN = re.compile(r"\s*([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)(.*)", re.DOTALL)
 """A number, and the unit behind it."""
 
 
@@ -49,7 +49,7 @@ def refuse_errors(result: SimulateResult) -> None:
         raise UnusableError(f"{first.file}:{first.span.line}:{first.span.column}: {first.message} ({first.code})")
 
 
-NO_SCENARIO = "the file is no scenario; 'pidcfg init --scenario' writes one for a configuration"
+NO_SCENARIO_TEXT = "the file is no scenario; 'pidcfg init --scenario' writes one for a configuration"
 
 
 class Session:
@@ -66,7 +66,7 @@ class Session:
         loaded: Any = pidcfg.load(self.files[scenario], name=scenario)
         if loaded.model is None or loaded.kind != "scenario":
             finding = next(iter(loaded.findings), None) if loaded.kind in {"scenario", None} else None
-            raise UnusableError(f"{scenario}: {finding.message if finding else NO_SCENARIO}")
+            raise UnusableError(f"{scenario}: {finding.message if finding else NO_SCENARIO_TEXT}")
         self.model: Any = loaded.model
         self.scenario = loaded.document
         self.config = posixpath.normpath(posixpath.join(posixpath.dirname(scenario), self.model.config))
@@ -262,7 +262,7 @@ class Session:
         key, _, part = path.rpartition(":")
         texts = {}
         for name, text in self._plant_values(key if isinstance(self._plants, dict) else int(key), part):
-            match = NUMBER.fullmatch(text)
+            match = NUMBER_PATTERN.fullmatch(text)
             if match is not None:
                 texts[name] = f"{float(match[1]) * factor:.6g}{match[2]}"
         return texts

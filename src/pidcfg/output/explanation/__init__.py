@@ -94,7 +94,7 @@ class UnknownError(QuestionError):
 
 # --- As text for people, and as JSON for programs ---------------------------------------------------------------------
 
-WIDTH = 100
+PAGE_WIDTH = 100
 LABEL_WIDTH = 13
 
 
@@ -186,12 +186,12 @@ def label_lines(label: str, text: str) -> Iterator[str]:
         return
     from textwrap import wrap
 
-    first, *rest = wrap(text, WIDTH - LABEL_WIDTH - 2, break_on_hyphens=False)
+    first, *rest = wrap(text, PAGE_WIDTH - LABEL_WIDTH - 2, break_on_hyphens=False)
     yield f"  {label:<{LABEL_WIDTH - 1}} {first}" if len(label) < LABEL_WIDTH else f"  {label}  {first}"
     yield from (f"  {'':<{LABEL_WIDTH - 1}} {line}" for line in rest)
 
 
-def forms_text(rows: Sequence[tuple[str, str, str]]) -> str:
+def examples_text(rows: Sequence[tuple[str, str, str]]) -> str:
     """What can be asked for, by vendor."""
     width = max(len(example) for example, _, _ in rows)
     lines: list[str] = []

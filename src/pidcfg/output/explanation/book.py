@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 # --- A memory listing with a meaning beside every word: where its loops lie, and the lines in columns -----------------
 
-WIDTH = 120
+LINE_WIDTH = 120
 MIN_MEANING_WIDTH = 40
 """Columns that a meaning has at least."""
 RIGHT_ALIGNED = frozenset({"hex", "value"})
@@ -109,7 +109,7 @@ def listing_text(lines: Sequence[Line], heads: Sequence[str]) -> str:
     rows_text = ["  ".join([*(f"{heads[i]:<{widths[i]}}" for i in columns), "meaning"])]
     for row, line in zip(rows, lines, strict=True):
         cells = [(pad_left if heads[i] in RIGHT_ALIGNED else pad_right)(row[i], widths[i]) for i in columns]
-        first, *rest = wrap(line.meaning, max(WIDTH - indent, MIN_MEANING_WIDTH), break_on_hyphens=False) or [""]
+        first, *rest = wrap(line.meaning, max(LINE_WIDTH - indent, MIN_MEANING_WIDTH), break_on_hyphens=False) or [""]
         rows_text.append("  ".join([*cells, first]).rstrip())
         rows_text += [" " * indent + text for text in rest]
     return to_printable("\n".join(rows_text) + "\n")
@@ -158,7 +158,7 @@ class Part(NamedTuple):
     bits: Bits | None = None
 
     @classmethod
-    def of(cls, bits: Bits, meaning: Meaning | None) -> Part:
+    def from_bits(cls, bits: Bits, meaning: Meaning | None) -> Part:
         """A row of bits with its meaning."""
         return cls(bits_label(bits), bits.title, meaning, bits)
 
@@ -210,13 +210,13 @@ class Book(ABC):
     """Everything that can be said about a vendor's registers or parameters; the tables say it."""
 
     key: str
-    forms: tuple[tuple[str, str], ...]
+    examples: tuple[tuple[str, str], ...]
     """What can be asked for, and an example of each."""
     direction: Direction
     series: tuple[Series, ...] = ()
     writers: Mapping[str, str] = field(default_factory=dict)
     """Who writes a register or parameter that is not just a setting or a status, by its name."""
-    heads: ClassVar[Sequence[str]]
+    column_heads: ClassVar[Sequence[str]]
     """Heads of the columns of a listing."""
 
     @property
@@ -239,7 +239,7 @@ class Book(ABC):
 
     def annotate(self, listing: Listing, options: Mapping[str, object]) -> str:
         """A listing with a meaning beside everything in it."""
-        return listing_text([*self.lines(listing, options)], self.heads)
+        return listing_text([*self.lines(listing, options)], self.column_heads)
 
     def codes(self, name: str) -> Iterator[Code]:
         """The numbers that a register or parameter shows."""

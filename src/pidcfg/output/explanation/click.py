@@ -18,7 +18,7 @@ from pidcfg.encoders.maps.click import (
 )
 from pidcfg.output.explanation.book import Direction, Series, Start, block_claims
 from pidcfg.output.explanation.page import Scaling
-from pidcfg.output.explanation.registers import IN_DIALOG, IN_FILE, Block, RegisterBook
+from pidcfg.output.explanation.registers import IN_DIALOG_TEXT, IN_FILE_TEXT, Block, RegisterBook
 from pidcfg.schemas.base import units_of
 
 
@@ -28,9 +28,9 @@ def scaling_of(loop: object, *_others: object) -> Scaling:
 
 
 UNSTORED_KEYS = {
-    **dict.fromkeys(("bits", "integers", "floats", "output.pwm.bit"), IN_DIALOG),
+    **dict.fromkeys(("bits", "integers", "floats", "output.pwm.bit"), IN_DIALOG_TEXT),
     **dict.fromkeys(
-        ("name", "description", "mode", "action_verified", "pv.input_range", "pv.unit", "output.unit"), IN_FILE
+        ("name", "description", "mode", "action_verified", "pv.input_range", "pv.unit", "output.unit"), IN_FILE_TEXT
     ),
 }
 """Keys that no register holds."""
@@ -48,7 +48,7 @@ EXPLAINER = RegisterBook(
     ),
     words=WORD_MEANINGS,
     series=(Series("PID error", CODES, "a number that the help does not list", ERROR_PREFIXES),),
-    forms=(
+    examples=(
         ("a PID error number", "CK27"),
         ("a register of a loop", "DF106=120 --block DF101"),
         ("the same where the blocks begin at C101, DS101, DF101", "C102 --loop"),

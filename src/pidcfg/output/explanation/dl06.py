@@ -42,7 +42,7 @@ from pidcfg.encoders.maps.dl06 import (
 from pidcfg.encoders.regmap import Meaning
 from pidcfg.output.explanation.book import Direction, Start
 from pidcfg.output.explanation.page import UNKNOWN_SCALING, Placement, Scaling, special_code
-from pidcfg.output.explanation.registers import IN_FILE, Block, RegisterBook
+from pidcfg.output.explanation.registers import IN_FILE_TEXT, Block, RegisterBook
 from pidcfg.schemas.base import RESET_UNIT, RESET_UNITS, limits_at, units_of, v_name
 from pidcfg.schemas.dl06 import LoopSettings, PlcSettings, Transfer
 from pidcfg.schemas.numbers import decimal_text
@@ -227,7 +227,7 @@ UNSTORED_KEYS = dict.fromkeys(
         *("plc.reset_decimals", "plc.derivative", "name", "description", "mode"),
         *("pv.range", "pv.unit", "output.range", "output.unit"),
     ),
-    IN_FILE,
+    IN_FILE_TEXT,
 )
 """Keys that no word holds."""
 
@@ -251,12 +251,12 @@ EXPLAINER = RegisterBook(
     space=SPACE,
     blocks=(
         Block("V", SETUP_WORDS, v_name(TABLE_POINTER), (), is_fixed=True),
-        Block("V", LOOP_TABLE, "V2000", ("", "addr", "v"), repeat=CPU.loops),
-        Block("V", RAMP_SOAK_PAIR, "V3000", ("ramp", "rs", "rampsoak"), repeat=RAMP_SOAK_PAIRS, is_in_loop=False),
+        Block("V", LOOP_TABLE, "V2000", ("", "addr", "v"), repetitions=CPU.loops),
+        Block("V", RAMP_SOAK_PAIR, "V3000", ("ramp", "rs", "rampsoak"), repetitions=RAMP_SOAK_PAIRS, is_in_loop=False),
     ),
     words=WORD_MEANINGS | SETUP_MEANINGS,
     bits=BIT_MEANINGS,
-    forms=(
+    examples=(
         ("a word, hexadecimal content", "V7642=0008"),
         ("its bit", "V7642.3"),
         ("a word of a loop table", "V2006=0x0402 --loop"),

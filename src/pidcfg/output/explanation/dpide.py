@@ -41,7 +41,7 @@ def number_remark(row: Parameter, raw: Content) -> str:
 EXPLAINER = ParameterBook(
     key="dpide",
     tables={INSTRUCTION: DPIDE_TABLE},
-    forms=(
+    examples=(
         ("an operand, with its value", "PID_MODE=2"),
         ("an operand of the instruction", "DPIDE.ERR_DBW"),
         ("a double word of I_MV", "I_MV+6"),

@@ -13,7 +13,7 @@ from pidcfg.encoders.maps.ezlogix import BLOCKS, CODES, DUTY_COUNTS, R_BLOCK, S_
 from pidcfg.encoders.regmap import Word
 from pidcfg.output.explanation.book import Direction, Series, Start, block_claims
 from pidcfg.output.explanation.page import Scaling
-from pidcfg.output.explanation.registers import IN_DIALOG, IN_FILE, Block, RegisterBook
+from pidcfg.output.explanation.registers import IN_DIALOG_TEXT, IN_FILE_TEXT, Block, RegisterBook
 from pidcfg.schemas.base import units_of
 from pidcfg.schemas.ezlogix import CV_FULL, Loop, OutputSettings, PvSettings
 from pidcfg.text.frozen import frozen
@@ -81,11 +81,11 @@ UNSTORED_KEYS = {
             "output.pulse.tag",
             "plc.process_when_stopped",
         ),
-        IN_DIALOG,
+        IN_DIALOG_TEXT,
     ),
     **dict.fromkeys(
         ("plc.tag_names", "name", "description", "pv.range", "pv.unit", "pv.counts", "output.range", "output.unit"),
-        IN_FILE,
+        IN_FILE_TEXT,
     ),
 }
 """Keys that no register holds."""
@@ -103,7 +103,7 @@ EXPLAINER = RegisterBook(
             "autotune status", CODES, "a number that the manual does not list", ("at", "autotune", "autotunestatus")
         ),
     ),
-    forms=(
+    examples=(
         ("an autotune status", "AT5"),
         ("a register or discrete of a loop", "R113=5 --block R101"),
         ("the same where the blocks begin at R101 and S101", "S104 --loop"),

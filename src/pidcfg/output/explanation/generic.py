@@ -22,7 +22,7 @@ def split_name(name: str, _types: Mapping[str, str]) -> tuple[str, str | None, s
 EXPLAINER = ParameterBook(
     key="generic",
     tables={TABLE_NAME: LOOP_TABLE},
-    forms=(("a field of the neutral form", "generic.tuning.gain"),),
+    examples=(("a field of the neutral form", "generic.tuning.gain"),),
     split_name=split_name,
     direction=Direction(DIRECTION_KEY, "the process's", {}),
     states={(DIRECTION_KEY, heating): text for heating, text in PV_RISES.items()},

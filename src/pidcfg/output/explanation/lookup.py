@@ -13,11 +13,11 @@ from pidcfg.encoders.contract import tables_of
 from pidcfg.output.arguments import ArgumentError
 from pidcfg.output.explanation import ExplainResult, Page, QuestionError, UnknownError, Value, rule_page
 from pidcfg.output.explanation.book import book_of
-from pidcfg.output.explanation.page import ADDRESS, MAX_QUOTED, ConfigIndex, Question
+from pidcfg.output.explanation.page import ADDRESS_PATTERN, MAX_QUOTED_LENGTH, ConfigIndex, Question
 from pidcfg.output.explanation.registers import Registers
 from pidcfg.output.explanation.wording import (
     NAME_AND_VALUE,
-    REFERENCE,
+    REFERENCE_PATTERN,
     message_subjects,
     names_in_text,
     names_with_words,
@@ -29,7 +29,7 @@ from pidcfg.output.explanation.wording import (
     words_of,
 )
 from pidcfg.text.references import Decision
-from pidcfg.validate import texts
+from pidcfg.validate import rule_texts
 from pidcfg.validate.catalog import CODE_PATTERN, suggest_code
 from pidcfg.vendors import VENDORS
 
@@ -270,7 +270,7 @@ def _text_pages(question: Question, vendors: Sequence[str], decisions: Callable[
     if pages:
         return [*pages, *_symptom_pages(question, vendors, all_words=True)]
     pages = _message_pages(question.text, vendors) if len(question.text.split()) > 1 else []
-    if REFERENCE.fullmatch(question.name):
+    if REFERENCE_PATTERN.fullmatch(question.name):
         return symptom_pages(symptoms_in(MODBUS_SYMPTOM), vendors)
     if not pages and question.value is None and (match := NAME_AND_VALUE.fullmatch(question.name)):
         pages = _readings_or_none(replace(question, name=match[1], value=match[2]), vendors, decisions)
@@ -348,7 +348,7 @@ def _message_pages(text: str, vendors: Sequence[str]) -> list[Page]:
     """The rules and lines that a text of pidcfg's own is of."""
     pages: list[Page] = []
     for meaning in message_subjects(text, vendors):
-        pages += [rule_page(texts()[meaning])] if isinstance(meaning, str) else symptom_pages([meaning], vendors)
+        pages += [rule_page(rule_texts()[meaning])] if isinstance(meaning, str) else symptom_pages([meaning], vendors)
     return pages
 
 
@@ -361,7 +361,7 @@ def _symptom_pages(question: Question, vendors: Sequence[str], *, all_words: boo
 
 def _vendors_of_address(question: Question, vendors: Sequence[str]) -> list[str]:
     """The vendors whose addresses begin as the question does: no other one has to be loaded."""
-    match = ADDRESS.fullmatch(question.name)
+    match = ADDRESS_PATTERN.fullmatch(question.name)
     return [key for key in vendors if match and match.group(1).upper() in VENDORS[key].banks]
 
 
@@ -413,7 +413,7 @@ def _rule_pages(question: Question) -> list[Page]:
     code = question.name.upper()
     if question.value is not None or not CODE_PATTERN.fullmatch(code):
         return []
-    rule = texts().get(code)
+    rule = rule_texts().get(code)
     if rule is None:
         raise QuestionError(f"no rule {code}; {suggest_code(code)}")
     return [rule_page(rule)]
@@ -426,15 +426,15 @@ def _unknown_message(question: Question, vendors: Iterable[str]) -> str:
         names.update(book.spellings)
         names.update({word: word for word in (*book.direction.words, ACTION_NAME)})
     nearest = nearest_name(question.name, names)
-    quoted = question.name if len(question.name) <= MAX_QUOTED else f"{question.name[:MAX_QUOTED]}…"
+    quoted = question.name if len(question.name) <= MAX_QUOTED_LENGTH else f"{question.name[:MAX_QUOTED_LENGTH]}…"
     return f"nothing is known of {quoted!r}" + (f"; did you mean {names[nearest]}?" if nearest else "")
 
 
-def example_forms(vendors: Iterable[str]) -> list[tuple[str, str, str]]:
+def question_examples(vendors: Iterable[str]) -> list[tuple[str, str, str]]:
     """What can be asked for: an example, what it is, and the vendor."""
     rows = [("DL242", "a rule, or a whole message of pidcfg", ""), ("D46", "a decision", "")]
     rows += [("loop stuck in manual", "what people see", ""), ("41025", "a Modbus reference", "")]
-    return rows + [(example, what, book.title) for book in _books(vendors) for what, example in book.forms]
+    return rows + [(example, what, book.title) for book in _books(vendors) for what, example in book.examples]
 
 
 # --- All that was asked ----------------------------------------------------------------------------------------------
@@ -454,7 +454,7 @@ def explain_things(
             raise ArgumentError(f"`config` is of vendor {family}, not {vendor}", "config")
     vendors = list(VENDORS) if (key := vendor or family) is None else [key]
     if not queries:
-        return ExplainResult(examples=tuple(example_forms(vendors)), document=document)
+        return ExplainResult(examples=tuple(question_examples(vendors)), document=document)
     named_vendors = [key for key in vendors if any(thing.casefold() == key for thing in queries)]
     if named_vendors and (rest := [thing for thing in queries if thing.casefold() not in named_vendors]):
         queries, vendors = rest, named_vendors
@@ -462,7 +462,7 @@ def explain_things(
         check_starts(blocks, vendors)
 
     def ask(thing: str) -> list[Page]:
-        question = Question.of(thing, at_example=loop, starts=blocks, config=config)
+        question = Question.parse(thing, at_example=loop, starts=blocks, config=config)
         return explain_question(question, vendors, all_decisions)
 
     return ExplainResult(tuple(_answer_things(queries, ask)), document=document)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from pidcfg.encoders.maps.nextopid import BITS, BLOCK_BITS, BLOCK_TYPES, D325, GROUPS, STATES
 from pidcfg.output.explanation.book import Direction
-from pidcfg.output.explanation.parameters import Group, ParameterBook
+from pidcfg.output.explanation.parameters import BitGroup, ParameterBook
 
 
 def split_name(name: str, types: Mapping[str, str]) -> tuple[str, str | None, str]:
@@ -19,7 +19,7 @@ EXPLAINER = ParameterBook(
     key="nextopid",
     tables={name: kind.table for name, kind in BLOCK_TYPES.items()},
     schemas={name: kind.model for name, kind in BLOCK_TYPES.items()},
-    forms=(
+    examples=(
         ("a structure of bits, with its value", "ErrBits=0x0005"),
         ("one of its bits", "ErrBits.Kp"),
         ("a result of the auto-tuning", "AutoTuneResult.PEAK_TOO_LOW"),
@@ -27,7 +27,7 @@ EXPLAINER = ParameterBook(
     ),
     split_name=split_name,
     direction=Direction("Direct", "the controller's", {"direct": "Direct TRUE", "reverse": "Direct FALSE"}),
-    groups=tuple(Group(name, meaning, lambda row: row.type.kind == "bool") for name, meaning in GROUPS.items()),
+    groups=tuple(BitGroup(name, meaning, lambda row: row.type.kind == "bool") for name, meaning in GROUPS.items()),
     bits=BITS,
     block_bits=BLOCK_BITS,
     states=STATES,

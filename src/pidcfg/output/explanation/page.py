@@ -241,11 +241,11 @@ def bits_label(row: Bits) -> str:
 
 # --- A question: a name, perhaps with a content, and what is known of the loops around it -----------------------------
 
-ADDRESS = re.compile(r"([A-Za-z]{1,2})([0-9]{1,9})(?:\.([0-9]{1,3}))?")
-OFFSET = re.compile(r"([A-Za-z/ ()]*)\+ ?([0-9]{1,3})\)?(?:\.([0-9]{1,3}))?")
+ADDRESS_PATTERN = re.compile(r"([A-Za-z]{1,2})([0-9]{1,9})(?:\.([0-9]{1,3}))?")
+OFFSET_PATTERN = re.compile(r"([A-Za-z/ ()]*)\+ ?([0-9]{1,3})\)?(?:\.([0-9]{1,3}))?")
 MAX_QUESTION_LENGTH = 2000
 """Of a question: a message of pidcfg fits in."""
-MAX_QUOTED = 80
+MAX_QUOTED_LENGTH = 80
 MAX_NUMBER_DIGITS = 5
 """Of a number that a PLC shows."""
 
@@ -271,13 +271,13 @@ class Question:
     """Whether a single vendor is asked, so that a number alone (``26``) can only be one that its PLC shows."""
 
     @classmethod
-    def of(
+    def parse(
         cls, text: str, *, at_example: bool = False, starts: tuple[str, ...] = (), config: ConfigIndex | None = None
     ) -> Question:
         """``V7642=0008`` in its two parts; raises `QuestionError` where it has no name, or an empty content."""
         name, equals, value = text.partition("=")
         if not name.strip() or len(text) > MAX_QUESTION_LENGTH or not text.isprintable():
-            raise QuestionError(f"{text[:MAX_QUOTED]!r} is not a name, NAME.BIT or NAME=VALUE")
+            raise QuestionError(f"{text[:MAX_QUOTED_LENGTH]!r} is not a name, NAME.BIT or NAME=VALUE")
         if equals and not value.strip():
             raise QuestionError(f"{text!r} has no value behind its '='")
         return cls(text.strip(), name.strip(), value.strip() if equals else None, at_example, starts, config)
@@ -291,12 +291,12 @@ class Question:
 
 # --- A content as a person writes it, to the raw content of a register or parameter -----------------------------------
 
-HEX = re.compile(r"(?:0[xX]|16#)?([0-9A-Fa-f]{1,8})[hH]?")
+HEX_PATTERN = re.compile(r"(?:0[xX]|16#)?([0-9A-Fa-f]{1,8})[hH]?")
 MARKED_HEX = re.compile(r"(?:0[xX]|16#)([0-9A-Fa-f]{1,8})")
-NUMBER = re.compile(r"[-+]?(?:[0-9]{1,40}\.?[0-9]{0,40}|\.[0-9]{1,40})(?:[eE][-+]?[0-9]{1,3})?")
+NUMBER_PATTERN = re.compile(r"[-+]?(?:[0-9]{1,40}\.?[0-9]{0,40}|\.[0-9]{1,40})(?:[eE][-+]?[0-9]{1,3})?")
 MAX_CONTENT_DIGITS = 11
-STATES = {"on": True, "true": True, "off": False, "false": False}
-SWITCH_STATES = {**STATES, "1": True, "0": False}
+STATE_BY_WORD = {"on": True, "true": True, "off": False, "false": False}
+SWITCH_STATES = {**STATE_BY_WORD, "1": True, "0": False}
 
 
 def parse_integer(text: str, maximum: int) -> int | None:
@@ -312,7 +312,7 @@ def raw_of(text: str, kind: Kind, name: str, *, hexadecimal: bool) -> int:
 
     ``0x`` marks hexadecimal for every vendor.
     """
-    match = (HEX if hexadecimal else MARKED_HEX).fullmatch(text)
+    match = (HEX_PATTERN if hexadecimal else MARKED_HEX).fullmatch(text)
     if match:
         raw = int(match.group(1), 16)
         if raw > kind.highest:
@@ -322,13 +322,13 @@ def raw_of(text: str, kind: Kind, name: str, *, hexadecimal: bool) -> int:
         raise QuestionError(
             f"{name}={text}: the value is not up to {kind.digits} hexadecimal digits, like 0402 or 0x0402"
         )
-    value: bool | int | float | None = STATES.get(text.lower())
-    if value is None and NUMBER.fullmatch(text):
+    value: bool | int | float | None = STATE_BY_WORD.get(text.lower())
+    if value is None and NUMBER_PATTERN.fullmatch(text):
         number = float(text)
         value = int(number) if number == number // 1 and kind.digits != 8 else number
     content = None if value is None else kind.read(value)
     if content is None:
-        digits = HEX.fullmatch(text)
+        digits = HEX_PATTERN.fullmatch(text)
         cure = f"; hexadecimal digits are written 0x{digits.group(1)}" if digits and not text.isdecimal() else ""
         raise QuestionError(f"{name}={text}: the value is not {kind.holds}{cure}")
     return content
@@ -344,7 +344,7 @@ def content_of(row: Parameter, text: str) -> Content:
     elif row.type.kind == "whole":
         is_decimal = text.lstrip("+-").isdecimal() and len(text) <= MAX_CONTENT_DIGITS
         value = int(text) if is_decimal else parse_integer(text, row.type.high)
-    elif NUMBER.fullmatch(text):
+    elif NUMBER_PATTERN.fullmatch(text):
         value = float(text)
     content = read_content(row.type, value)
     if content is None:

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 ACCESS_BY_DIRECTION = {"input": "setting", "output": "status"}
 
 
-class Group(NamedTuple):
+class BitGroup(NamedTuple):
     """A structure of bits: its name, and those of its members that a number counts, in their order."""
 
     name: str
@@ -77,14 +77,14 @@ class ParameterRecord(Record):
 class Parameters(Book):
     """The tables of a vendor whose parameters have names and types."""
 
-    heads: ClassVar = ("name", "", "value", "", "type")
+    column_heads: ClassVar = ("name", "", "value", "", "type")
     tables: Mapping[str, ParameterTable]
     """By the name that stands before a parameter's."""
     schemas: Mapping[str, type[BaseModel]] = field(default_factory=dict)
     """The schema of a table whose rows have no titles, by the same name."""
     split_name: Callable[[str, Mapping[str, str]], tuple[str, str | None, str]]
     """A listing's name to loop, table and parameter, with the types of the listing's blocks."""
-    groups: tuple[Group, ...] = ()
+    groups: tuple[BitGroup, ...] = ()
     bit_count_basis: str = ""
     """What the numbers of a structure's bits rest on."""
     bits: Mapping[str, Meaning] = field(default_factory=dict)
@@ -145,7 +145,7 @@ class Parameters(Book):
         title, names = f"a block of {len(rows)} parameters", ", ".join(row.name for row in rows)
         return Record(kind="structure", name=key, title=title, detail=names, basis=rows[0].basis)
 
-    def group_record(self, group: Group, rows: Sequence[Parameter], tables: Sequence[str]) -> Record:
+    def group_record(self, group: BitGroup, rows: Sequence[Parameter], tables: Sequence[str]) -> Record:
         """A structure of bits, in tables whose bits are the same."""
         titles = [f"{row.name.partition('.')[2]}: {row.title}" for row in rows]
         bits = [Bits(0, (i,), None, {0: False, 1: True}, title) for i, title in enumerate(titles)]
@@ -158,7 +158,7 @@ class Parameters(Book):
             access="status",
             writer="the block: outputs, only to be read",
             meaning=group.meaning,
-            parts=tuple(Part.of(row, meaning) for row, meaning in zip(bits, meanings, strict=True)),
+            parts=tuple(Part.from_bits(row, meaning) for row, meaning in zip(bits, meanings, strict=True)),
         )
 
     def value(self, row: Parameter, raw: Content | Wire, units: Mapping[str, str], table: str) -> Value:
@@ -231,7 +231,7 @@ class Parameters(Book):
             yield Line(name, "", content, "", row.type.name, text)
 
 
-def group_members(group: Group, table: ParameterTable) -> tuple[Parameter, ...]:
+def group_members(group: BitGroup, table: ParameterTable) -> tuple[Parameter, ...]:
     """The bits of a structure in a table."""
     return tuple(row for row in table.rows if row.name.startswith(f"{group.name}.") and group.members(row))
 
@@ -250,7 +250,7 @@ def loop_unit(unit: str, units: Mapping[str, str]) -> str:
 # ----------------------------------------------------------------------------------------------------------------------
 # Finds what a question is about with a vendor whose parameters have names: by name, device, structure or block.
 
-DEVICE = re.compile(r"([A-Z]+)([0-9]{1,6})")
+DEVICE_PATTERN = re.compile(r"([A-Z]+)([0-9]{1,6})")
 DOUBLE_WORD = re.compile(r"D([0-9]{1,6})")
 """The device of a parameter that takes two registers: it and the one behind it."""
 
@@ -342,7 +342,7 @@ class ParameterBook(Parameters):
         """A later register of a parameter that takes several words."""
         if self.words is None or entry.field != self.words.name or entry.device is None:
             return
-        first, register = (DEVICE.fullmatch(text.upper()) for text in (entry.device, question.name))
+        first, register = (DEVICE_PATTERN.fullmatch(text.upper()) for text in (entry.device, question.name))
         if first is None or register is None or first.group(1) != register.group(1):
             return
         number = (int(register.group(2)) - int(first.group(2))) // 2
@@ -378,7 +378,7 @@ class ParameterBook(Parameters):
             self._group_page(group, keys, raw) for names, keys in blocks.items() if raw is None or raw < 1 << len(names)
         ]
 
-    def _group_page(self, group: Group, keys: list[str], raw: int | None) -> Page:
+    def _group_page(self, group: BitGroup, keys: list[str], raw: int | None) -> Page:
         record = self.group_record(group, group_members(group, self.tables[keys[0]]), keys)
         value = None if raw is None else Value(raw, f"0x{raw:04X}", "no bit is on" if raw == 0 else "")
         page = self.page(record, value, tuple(part.point(raw) for part in record.parts))

@@ -12,8 +12,8 @@ from pidcfg.encoders.regmap import SINGLE, NoRegisterError, RegisterMap, Word
 from pidcfg.output.explanation import Page, Point, QuestionError, Value
 from pidcfg.output.explanation.book import WRITERS, Book, Line, Part, Record, unclaimed_text
 from pidcfg.output.explanation.page import (
-    ADDRESS,
-    OFFSET,
+    ADDRESS_PATTERN,
+    OFFSET_PATTERN,
     UNKNOWN_SCALING,
     Placement,
     Question,
@@ -48,23 +48,23 @@ if TYPE_CHECKING:
 # --- The records of a vendor whose memory has addresses, and what the content of a register says ----------------------
 
 NO_REGISTER = "stands in no register: "
-IN_DIALOG = f"{NO_REGISTER}set it in the PID dialog"
-IN_FILE = f"{NO_REGISTER}only the configuration file holds it"
-NO_MEANING = "Bit without a meaning"
+IN_DIALOG_TEXT = f"{NO_REGISTER}set it in the PID dialog"
+IN_FILE_TEXT = f"{NO_REGISTER}only the configuration file holds it"
+NO_MEANING_TEXT = "Bit without a meaning"
 
 
 @frozen
 class Block:
     """A block of registers: its bank, its rows, and where it begins in the manual's or the starter file's example.
 
-    ``heads``: what the manual writes before an offset; ``repeat``: how often the block follows itself.
+    ``heads``: what the manual writes before an offset; ``repetitions``: how often the block follows itself.
     """
 
     prefix: str
     table: RegisterMap
     start: str
     offset_prefixes: tuple[str, ...]
-    repeat: int = 1
+    repetitions: int = 1
     is_fixed: bool = False
     """It always begins there."""
     is_in_loop: bool = True
@@ -73,7 +73,7 @@ class Block:
     @property
     def length(self) -> int:
         """Registers from its start to the end of its last repetition."""
-        return self.table.size * self.repeat
+        return self.table.size * self.repetitions
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -95,7 +95,7 @@ class RegisterRecord(Record):
 class Registers(Book):
     """The tables of a vendor whose memory has addresses."""
 
-    heads: ClassVar = ("address", "hex", "value", "loop", "register")
+    column_heads: ClassVar = ("address", "hex", "value", "loop", "register")
     space: Space
     blocks: tuple[Block, ...]
     words: Mapping[str, Meaning]
@@ -146,7 +146,7 @@ class Registers(Book):
         rows = [row for row in table.bits if row.offset == word.offset and (bit is None or bit in row.bits)]
         row = rows[0] if bit is not None and rows else None
         owner: regmap.Point = row or word
-        title = NO_MEANING if bit is not None and row is None else owner.title
+        title = NO_MEANING_TEXT if bit is not None and row is None else owner.title
         return RegisterRecord(
             kind="register" if bit is None else "bit",
             name=word.name if bit is None else f"{word.name}.{bit}",
@@ -159,7 +159,7 @@ class Registers(Book):
             writer=self._writer(word, owner.access),
             basis=word.basis,
             meaning=None if row else self.words.get(word.name),
-            parts=tuple(Part.of(row, self.bits.get((word.name, row.bits[0]))) for row in rows),
+            parts=tuple(Part.from_bits(row, self.bits.get((word.name, row.bits[0]))) for row in rows),
             table=table,
             word=word,
             bit=bit,
@@ -423,7 +423,7 @@ class RegisterBook(Registers):
 
     def _address_pages(self, question: Question) -> list[Page]:
         """``V7642``, ``DF106``, ``V7642.3``."""
-        match = ADDRESS.fullmatch(question.name)
+        match = ADDRESS_PATTERN.fullmatch(question.name)
         bank = self._bank_of(match.group(1).upper()) if match else None
         if match is None or bank is None:
             return []
@@ -451,7 +451,7 @@ class RegisterBook(Registers):
         for block, start in self._block_starts(question):
             if start <= number < start + block.length:
                 index, offset = divmod(number - start, block.table.size)
-                loop = f"loop {index + 1} of a table at {self.space.name(start)}" if block.repeat > 1 else None
+                loop = f"loop {index + 1} of a table at {self.space.name(start)}" if block.repetitions > 1 else None
                 return Placement(block.table, word_at(block.table, offset), loop)
         return None
 
@@ -522,7 +522,7 @@ class RegisterBook(Registers):
 
     def _offset_pages(self, question: Question) -> list[Page]:
         """``addr+06.10``, ``Cn+12``, ``Base+5``: in the notation of the vendor's manual."""
-        match = OFFSET.fullmatch(question.name)
+        match = OFFSET_PATTERN.fullmatch(question.name)
         if match is None:
             return []
         prefix = "".join(c for c in match.group(1).lower() if c.isalnum())
@@ -541,7 +541,7 @@ class RegisterBook(Registers):
                     f"{question.name}: offsets of the {self.title} are octal; {digits} has a digit above 7"
                 )
             offset = int(digits, 8 if bank.octal else 10)
-            length = block.length if block.repeat > 1 and not block.is_in_loop else block.table.size
+            length = block.length if block.repetitions > 1 and not block.is_in_loop else block.table.size
             if offset >= length:
                 problems.append(f"{question.name}: the block ends at {block.table.offset_text(length - 1)}")
                 continue
@@ -553,7 +553,7 @@ class RegisterBook(Registers):
             except QuestionError as error:
                 problems.append(str(error))
                 continue
-            if is_named or page.title != NO_MEANING:
+            if is_named or page.title != NO_MEANING_TEXT:
                 pages.append(page)
         if problems and not pages:
             raise QuestionError("; ".join(dict.fromkeys(problems)))

@@ -19,7 +19,7 @@ from pidcfg.output.explanation.page import Question
 from pidcfg.output.explanation.registers import Registers
 from pidcfg.text.frozen import frozen
 from pidcfg.text.references import Decision
-from pidcfg.validate import PREFIX, texts
+from pidcfg.validate import PID_PREFIX, rule_texts
 from pidcfg.validate.catalog import CODE_PATTERN
 from pidcfg.vendors import VENDORS
 
@@ -36,8 +36,8 @@ D940 = Decision(
     "cabinet knows what he sees, not the register.",
 )
 SYMPTOMS_FILE = Path(__file__).with_name("symptoms.toml")
-WORD = re.compile(r"[^\W_]+")
-NEGATION = re.compile(r"\b(?:no|kein(?:en?|er|es|em)?)\s+(?=[^\W_])")
+WORD_PATTERN = re.compile(r"[^\W_]+")
+NEGATION_PATTERN = re.compile(r"\b(?:no|kein(?:en?|er|es|em)?)\s+(?=[^\W_])")
 """What makes one word with the next: ``no pv`` is not said of a text with ``no`` and ``pv`` in it."""
 SPELLINGS = (("ae", "a"), ("oe", "o"), ("ue", "u"), ("setpoint", "set point"))
 """Letters and words of two spellings."""
@@ -48,7 +48,7 @@ _FILLERS = """
     der die das ein eine im in am ist sind wird zu von mein warum wie was mit bei auf und nach
     bit which where register value parameter address wo welches loop loops pid plc controller regler regelkreis
 """
-FILLERS = frozenset(_FILLERS.split())
+FILLER_WORDS = frozenset(_FILLERS.split())
 """Words that say nothing of what is wrong."""
 
 
@@ -97,7 +97,7 @@ def words_of(text: str) -> list[str]:
     text = "".join(c for c in unicodedata.normalize("NFKD", text.casefold()) if not unicodedata.combining(c))
     for spelling, other in SPELLINGS:
         text = text.replace(spelling, other)
-    return WORD.findall(NEGATION.sub("no", text))
+    return WORD_PATTERN.findall(NEGATION_PATTERN.sub("no", text))
 
 
 @cache
@@ -122,7 +122,7 @@ def has_words(question_words: Sequence[str], words: Sequence[str]) -> bool:
 def symptoms_in(text: str, *, all_words: bool = False) -> list[Symptom]:
     """The symptoms that a text names, by the name of most words; ``all_words``: by one that leaves no word over."""
     question_words = words_of(text)
-    telling_words = [word for word in question_words if word not in FILLERS]
+    telling_words = [word for word in question_words if word not in FILLER_WORDS]
     matches: list[Symptom] = []
     most_words = 0
     for words, row in _phrases():
@@ -198,7 +198,7 @@ class Template(NamedTuple):
     """The code of a rule, or a line."""
 
     @classmethod
-    def of(cls, text: str, subject: str | Symptom) -> Template:
+    def from_text(cls, text: str, subject: str | Symptom) -> Template:
         """``unknown key {}`` as a pattern."""
         parts = [re.escape(SPACES.sub(" ", part)) for part in PLACEHOLDER.split(text)]
         letters = sum(map(len, PLACEHOLDER.split(text)))
@@ -211,23 +211,23 @@ def templates() -> tuple[Template, ...]:
     import tomllib
 
     table = tomllib.loads(MESSAGES_FILE.read_text("utf-8"))
-    templates = [Template.of(rule.message, code) for code, rule in texts().items()]
-    templates += [Template.of(text, code) for code, texts in table["rules"].items() for text in texts]
-    templates += [Template.of(text, row) for row in parse_symptoms(table[LINES_KEY]) for text in row.names]
+    templates = [Template.from_text(rule.message, code) for code, rule in rule_texts().items()]
+    templates += [Template.from_text(text, code) for code, texts in table["rules"].items() for text in texts]
+    templates += [Template.from_text(text, row) for row in parse_symptoms(table[LINES_KEY]) for text in row.names]
     return tuple(template for template in templates if template.letters >= MIN_LETTERS)
 
 
 @cache
 def template_heads() -> tuple[Template, ...]:
     """Messages up to where they go into detail: people ask for as much as a line on their screen has."""
-    heads = [(DETAIL_SIGN.split(rule.message, maxsplit=1), code) for code, rule in texts().items()]
-    templates = [Template.of(parts[0], code) for parts, code in heads if len(parts) > 1]
+    heads = [(DETAIL_SIGN.split(rule.message, maxsplit=1), code) for code, rule in rule_texts().items()]
+    templates = [Template.from_text(parts[0], code) for parts, code in heads if len(parts) > 1]
     return tuple(template for template in templates if template.letters >= MIN_HEAD_LETTERS)
 
 
 def message_subjects(text: str, vendors: Sequence[str]) -> list[str | Symptom]:
     """The rules, by their codes, and lines that a text is of: by a code in it, and by its wording."""
-    subjects: list[str | Symptom] = [code for code in dict.fromkeys(WRITTEN_CODE.findall(text)) if code in texts()]
+    subjects: list[str | Symptom] = [code for code in dict.fromkeys(WRITTEN_CODE.findall(text)) if code in rule_texts()]
     templates = [template for template in _matching_templates(text) if _is_of_vendors(template, vendors)]
     banks = set(WRITTEN_ADDRESS.findall(text))
     vendors_addressed = [key for key in vendors if banks & {*VENDORS[key].banks}]
@@ -244,7 +244,7 @@ def message_subjects(text: str, vendors: Sequence[str]) -> list[str | Symptom]:
 def _is_of_vendors(template: Template, vendors: Sequence[str], *, shared: bool = True) -> bool:
     """Whether a template is of one of some vendors; ``shared``: or of all."""
     prefixes = tuple(VENDORS[key].prefix for key in vendors)
-    if not isinstance(template.subject, str) or template.subject.startswith(PREFIX):
+    if not isinstance(template.subject, str) or template.subject.startswith(PID_PREFIX):
         return shared
     return template.subject.startswith(prefixes)
 
@@ -281,7 +281,7 @@ BIT_OF_WORD = re.compile(r"[Bb]([0-7]+\.[0-9]{1,2})")
 """How the DirectLOGIC family writes a bit of a V-memory word: ``B7642.3``."""
 TERM_NAME = re.compile(r"([PID])[ -](gain|time)", re.IGNORECASE)
 """How people call the three numbers: ``P gain``, ``I time``."""
-TERMS = {"p": "proportional", "i": "integral", "d": "derivative"}
+TERM_BY_LETTER = {"p": "proportional", "i": "integral", "d": "derivative"}
 _BIT = r"(?:\.[0-9]{1,2})?"
 _NAMES = (
     rf"(?:(?:addr|cn|dsn|dfn|base|ramp) ?)?\+ ?[0-9]{{1,2}}{_BIT}",
@@ -297,7 +297,7 @@ NAME_IN_TEXT = re.compile(
 """Addresses, offsets, error numbers and references in a sentence, with their bits."""
 NAME_AND_VALUE = re.compile(r"([A-Za-z]\w*) ((?:0x)?[0-9A-Fa-f]+)", re.ASCII)
 """A name and a content without the sign between them: ``ErrBits 4``."""
-REFERENCE = re.compile(r"[0134][0-9]{4,5}")
+REFERENCE_PATTERN = re.compile(r"[0134][0-9]{4,5}")
 
 
 def usual_spelling(name: str) -> str:
@@ -314,7 +314,7 @@ def usual_spelling(name: str) -> str:
     if match := BIT_OF_WORD.fullmatch(name):
         name = f"V{match[1]}"
     if match := TERM_NAME.fullmatch(name):
-        name = f"{TERMS[match[1].lower()]} {match[2]}"
+        name = f"{TERM_BY_LETTER[match[1].lower()]} {match[2]}"
     return name
 
 
@@ -326,7 +326,7 @@ def names_in_text(text: str) -> list[str]:
 
 def reference_pages(question: Question, vendors: Sequence[str]) -> Iterator[Page]:
     """What a Modbus reference is with the vendors whose numbering is known: ``40001``, ``41025``, ``428673``."""
-    if not REFERENCE.fullmatch(question.name):
+    if not REFERENCE_PATTERN.fullmatch(question.name):
         return
     number = int(question.name)
     is_long = len(question.name) - len("40001")
@@ -356,7 +356,7 @@ MAX_FILLER_LETTERS = 2
 
 def names_with_words(name: str, book: Book) -> list[str]:
     """The names and titles of a vendor that have all words of a name; the name itself where there is one."""
-    words = [word for word in words_of(name) if word not in FILLERS]
+    words = [word for word in words_of(name) if word not in FILLER_WORDS]
     if "_" in name or not any(word.isalpha() and len(word) > MAX_FILLER_LETTERS for word in words):
         return []
     names = [other for other in book.spellings if has_words(words_of(other), words)]

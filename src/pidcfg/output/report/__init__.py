@@ -18,7 +18,7 @@ from pidcfg.schemas.iec import Wire
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.sim.judgement.expect import UNITS as EXPECTATION_UNITS
 from pidcfg.sim.judgement.meters import SWING_METRICS
-from pidcfg.sim.judgement.report import WORDS_OF_VERDICTS, LoopReport, Report, Tally, Verdict, flag_words
+from pidcfg.sim.judgement.report import VERDICT_WORDS, LoopReport, Report, Tally, Verdict, flag_words
 from pidcfg.text.diagnostics import Diagnostic, Severity
 from pidcfg.text.frozen import frozen
 
@@ -233,7 +233,7 @@ class Content:
     @property
     def standing(self) -> dict[str, int]:
         """How many standing expectations have which verdict."""
-        return {word: sum(run.count(word) for run in self.runs) for word in (*WORDS_OF_VERDICTS.values(), "allowed")}
+        return {word: sum(run.count(word) for run in self.runs) for word in (*VERDICT_WORDS.values(), "allowed")}
 
 
 # --- What a commissioning report says about a run, as data ------------------------------------------------------------
@@ -492,7 +492,7 @@ def signal_shares(encoding: Encoding, loop: int) -> dict[str, SignalShare]:
     return {path: share for path, share in by_path if path is not None and share is not None}
 
 
-def with_shares(groups: tuple[Group, ...], shares: Mapping[str, SignalShare], unit: str) -> tuple[Group, ...]:
+def add_shares(groups: tuple[Group, ...], shares: Mapping[str, SignalShare], unit: str) -> tuple[Group, ...]:
     """The settings with what they mean before the root; ``unit``: that of the PV."""
     return tuple(
         replace(group, settings=tuple(_with_share(s, shares.get(s.path), unit) for s in group.settings))
@@ -603,7 +603,7 @@ def verdict_of(run: Run, report: Report) -> str:
     """One sentence on how it went."""
     total = len(report.expectations)
     failed = sum(not verdict.passed for verdict in report.expectations)
-    tally = Tally.of(report.standing)
+    tally = Tally.count(report.standing)
     if failed or tally.failed:
         expected_text = f"{failed} of {total} expectations" if failed else ""
         standing_text = f"{tally.failed} of {tally.judged_count} always checked" if tally.failed else ""

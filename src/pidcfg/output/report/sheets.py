@@ -27,13 +27,13 @@ from pidcfg.output.report import (
     LoopSheet,
     PlcSheet,
     Setting,
+    add_shares,
     cell_text,
     cell_value,
     loop_words,
     number_text,
     signal_share_of,
     signal_shares,
-    with_shares,
 )
 from pidcfg.schemas.base import Quantity, Rate, unit_text, units_of
 from pidcfg.schemas.iec import Wire
@@ -180,7 +180,7 @@ def key_label(path: str) -> str:
 
 HEADING_KEYS = ("pidcfg", "vendor", "name", "description", "loops")
 """Keys that have a place of their own in a report."""
-NO_REGISTER = "no register"
+NO_REGISTER_TEXT = "no register"
 GENERAL_TITLE = "General"
 CHOICE_OF_UNITS = re.compile(" or |, ")
 """Stands in a unit that depends on another setting."""
@@ -246,7 +246,7 @@ def groups_of(model: BaseModel, vendor: Vendor, data: object, places: Mapping[st
 
 # --- The words of a configuration with their addresses: content, engineering value, and the bits of bit words ---------
 
-THE_PLC = "the PLC"
+PLC_TITLE = "the PLC"
 BCD_NOTATION = "BCD"
 """How the notation of a codec of decimal digits begins."""
 AS_PV_CHOICE = "as the PV"
@@ -330,7 +330,7 @@ class RegisterSheet:
             meaning=meaning,
             owner=word.access,
             bits=tuple(bit for bit in bits if bit.owner == "setting" or set(bit.state) != {"0"}),
-            writer=self.writers.get(word.name, THE_PLC) if word.access == "status" else "",
+            writer=self.writers.get(word.name, PLC_TITLE) if word.access == "status" else "",
             has_number=not bits and is_counted(word),
         )
 
@@ -360,12 +360,12 @@ def is_counted(word: Word) -> bool:
     return not notation.startswith(BCD_NOTATION) and not hasattr(word.codec, "spell")
 
 
-def with_contents(facts: Iterable[report.Fact], blocks: Sequence[report.RegisterBlock]) -> Iterator[report.Fact]:
+def add_contents(facts: Iterable[report.Fact], blocks: Sequence[report.RegisterBlock]) -> Iterator[report.Fact]:
     """The facts with what stands in their registers, beside the addresses."""
     contents = report.contents_of(blocks)
     for fact in facts:
         places = [f"{place} {contents[place]}" if place in contents else place for place in fact.place.split(", ")]
-        yield replace(fact, place="" if fact.place == NO_REGISTER else ", ".join(places))
+        yield replace(fact, place="" if fact.place == NO_REGISTER_TEXT else ", ".join(places))
 
 
 def _bit_choice(row: Bits, raw: int) -> report.Bit:
@@ -467,7 +467,7 @@ def _loop_sheet(
     unstored = {key: value for key, value in settings.items() if key not in KEYS_ELSEWHERE}
     places = _places_of_loop(encoding, i, loop.name)
     if encoding.blocks:
-        places = {key: NO_REGISTER for key, _ in flat_rows(unstored) if key not in PLACE_KEYS} | places
+        places = {key: NO_REGISTER_TEXT for key, _ in flat_rows(unstored) if key not in PLACE_KEYS} | places
     groups = groups_of(loop, vendor, data[i] if isinstance(data, list) and i < len(data) else None, places)
     setting_units = {setting.path: setting.unit for group in groups for setting in group.settings}
     units = table_units(vendor, side_units(loop)) | {path: unit for path, unit in setting_units.items() if unit}
@@ -478,8 +478,8 @@ def _loop_sheet(
     return LoopSheet(
         name=loop.name,
         description=loop.description or "",
-        facts=tuple(with_contents(loop_facts(vendor, loop, neutral_loop, groups, contents), blocks)),
-        groups=with_shares(groups, shares, pv_unit),
+        facts=tuple(add_contents(loop_facts(vendor, loop, neutral_loop, groups, contents), blocks)),
+        groups=add_shares(groups, shares, pv_unit),
         blocks=blocks,
         parameters=parameters_of(encoding, loop.name, vendor.load("explainer"), units),
         unstored=tuple(

@@ -18,7 +18,7 @@ from pidcfg.text.paths import Path, dotted_text, leaves, parse_path
 # ----------------------------------------------------------------------------------------------------------------------
 # What an expectation may say: one subject with the keys that go with it, names that exist, bounds that can be met.
 
-SUBJECTS = {
+KEYS_BY_SUBJECT = {
     "metric": {"loop", "metric", "band", "min", "max"},
     "signal": {"signal", "min", "max", "final", "tolerance", "from", "until"},
     "alarm": {"loop", "alarm", "never", "at", "tolerance", "before", "after"},
@@ -27,7 +27,7 @@ SUBJECTS = {
     "mode": {"loop", "mode", "at"},
 }
 """What an expectation can be about, and the keys that go with it."""
-UNITS = {
+BOUND_UNITS = {
     "overshoot": ("", "%"),
     "settling_time": ("", "s"),
     "rise_time": ("", "s"),
@@ -40,14 +40,14 @@ def check_expectation(path: Path, expectation: Expectation, scenario: Scenario, 
     """One subject with the keys that go with it, and a bound."""
     fields = type(expectation).model_fields
     given_keys = {fields[name].alias or name for name in expectation.model_fields_set}
-    subjects = [key for key in SUBJECTS if key in given_keys]
+    subjects = [key for key in KEYS_BY_SUBJECT if key in given_keys]
     if len(subjects) != 1:
         message = f"an expectation about {' and '.join(subjects)}" if subjects else "an expectation about nothing"
-        yield Problem(path, message, help=f"one of {', '.join(SUBJECTS)} is expected", key=True)
+        yield Problem(path, message, help=f"one of {', '.join(KEYS_BY_SUBJECT)} is expected", key=True)
         return
     subject = subjects[0]
-    for key in sorted(given_keys - SUBJECTS[subject] - {"share"}):
-        keys = ", ".join(sorted(SUBJECTS[subject]))
+    for key in sorted(given_keys - KEYS_BY_SUBJECT[subject] - {"share"}):
+        keys = ", ".join(sorted(KEYS_BY_SUBJECT[subject]))
         yield Problem((*path, key), f"{key} does not go with {subject}", help=f"known keys here: {keys}", key=True)
     yield from _check_names(path, subject, expectation, plc, scenario)
     yield from _check_bounds(path, subject, expectation, given_keys)
@@ -116,7 +116,7 @@ def _check_bounds(path: Path, subject: str, expectation: Expectation, given_keys
         yield Problem(
             (*path, "band"), "band is the share (above 0 %, below 100 %) of the step in settling_time", key=True
         )
-    units: tuple[str, ...] = UNITS.get(expectation.metric or "", ("",))
+    units: tuple[str, ...] = BOUND_UNITS.get(expectation.metric or "", ("",))
     for key in ("min", "max"):
         bound: Bound | None = getattr(expectation, key)
         if bound is not None and bound.unit not in units:
@@ -134,7 +134,7 @@ def _check_possible(path: Path, subject: str, expectation: Expectation, duration
     if expectation.metric not in {None, "final_error"} and expectation.max is not None and expectation.max.value < 0:
         yield Problem((*path, "max"), f"{expectation.metric} is never below 0: no value passes", "value")
     if (
-        "s" in UNITS.get(expectation.metric or "", ())
+        "s" in BOUND_UNITS.get(expectation.metric or "", ())
         and expectation.min is not None
         and expectation.min.value > duration
     ):
@@ -177,7 +177,7 @@ MODEL_KEYS = {
     "pulses": (("period",), ("period", "resolution")),
 }
 """For each model the sets of keys of which it takes exactly one, besides the keys of every plant."""
-OWN_KEYS = (
+PLANT_KEYS = (
     "time_constant",
     "time_constants",
     "damping",
@@ -312,7 +312,7 @@ def _check_value(path: Path, loop: str, plc: Plc, keys: tuple[str, ...], value: 
 
 def check_plant(path: Path, plant: Plant) -> Iterator[Problem]:
     """Numbers within reason, and the keys that the model needs."""
-    plant_keys = tuple(key for key in OWN_KEYS if key in plant.model_fields_set)
+    plant_keys = tuple(key for key in PLANT_KEYS if key in plant.model_fields_set)
     allowed_keys = MODEL_KEYS[plant.model]
     for key in plant_keys:
         if not any(key in keys for keys in allowed_keys):
@@ -463,7 +463,7 @@ def _check_disturb(path: Path, event: Event, scenario: Scenario) -> Iterator[Pro
     for key, value in (event.disturb or {}).items():
         key_path = (*path, "disturb", key)
         changeable = [
-            k for k in DISTURBED_KEYS if getattr(plant, k) is not None and (k not in OWN_KEYS or _takes_key(plant, k))
+            k for k in DISTURBED_KEYS if getattr(plant, k) is not None and (k not in PLANT_KEYS or _takes_key(plant, k))
         ]
         if key not in changeable:
             yield unknown_name(key_path, f"number of {name} that can change", key, changeable, key=True)

@@ -169,7 +169,7 @@ class Machine:
         self.loop_group = Loops(plc.configs, plc.states, plc.aux)
         self.meter_group = Meters(self.meters, self.bands, self.gauges, self.onsets)
 
-    def renew(self) -> None:
+    def restart(self) -> None:
         """Stands before the first base step again, with the network as it is now."""
         net = self.net
         if not isinstance(net.delay, array):
@@ -269,7 +269,7 @@ def numba_kernels(controller: Controller) -> Kernels:
     vendor = {kernel.Config: controller.Config, kernel.State: controller.State}
     advance, settle = (compiler.call_on_arrays(built[f], f, vendor) for f in ENTRY_KERNELS)
     KEPT_KERNELS[controller.scan] = Kernels(
-        advance, settle, fast_normals, Storage(compiler.Rows.of, array, compiler.copy_into_arrays)
+        advance, settle, fast_normals, Storage(compiler.Rows.from_objects, array, compiler.copy_into_arrays)
     )
     return KEPT_KERNELS[controller.scan]
 

@@ -171,7 +171,7 @@ class Rows(list[Any]):
     """Its bytes."""
 
     @classmethod
-    def of(cls, objects: Sequence[Any]) -> Sequence[Any]:
+    def from_objects(cls, objects: Sequence[Any]) -> Sequence[Any]:
         """Copies of objects, all of one class, with the same values."""
         if not objects:
             return objects
@@ -197,10 +197,10 @@ def copy_into_arrays(target: Any, source: Any) -> None:
 # --- calls -----------------------------------------------------------------------------------------------------------
 
 
-def call_on_arrays(function: Kernel, original: Kernel, vendor: Mapping[Any, type]) -> Kernel:
+def call_on_arrays(function: Kernel, original: Kernel, classes: Mapping[Any, type]) -> Kernel:
     """A compiled kernel that is called with `Rows` and with ``array`` of numbers, whose memory it reads and writes.
 
-    The original's annotations say what becomes of each argument; ``vendor`` has the classes of its type variables.
+    The original's annotations say what becomes of each argument; ``classes`` has the classes of its type variables.
     What was an argument of the last call is not looked at again.
     """
     kinds = [kind for name, kind in get_type_hints(original).items() if name != "return"]
@@ -209,23 +209,23 @@ def call_on_arrays(function: Kernel, original: Kernel, vendor: Mapping[Any, type
     def call(*arguments: Any) -> int:
         for at, (kind, value) in enumerate(zip(kinds, arguments, strict=True)):
             if kind is int or value is not last_arguments[at][0]:
-                last_arguments[at] = value, to_arrays(kind, value, vendor)
+                last_arguments[at] = value, to_arrays(kind, value, classes)
         return int(function(*[arrays for _, arrays in last_arguments]))
 
     return call
 
 
-def to_arrays(kind: Any, value: Any, vendor: Mapping[Any, type]) -> Any:
+def to_arrays(kind: Any, value: Any, classes: Mapping[Any, type]) -> Any:
     """An argument for a compiled kernel: of a sequence the array in which it lies, of a group that of each field."""
     if type(value) is Rows:
         return value.array
     if parts := group_fields(kind):
-        return type(value)(*(to_arrays(part, item, vendor) for part, item in zip(parts, value, strict=True)))
+        return type(value)(*(to_arrays(part, item, classes) for part, item in zip(parts, value, strict=True)))
     if kind is int:
         return value
     item = item_of(kind)
     if not value:
-        return np.empty(0, NUMPY_TYPES[item.__name__] if item in {int, float} else record_type(vendor.get(item, item)))
+        return np.empty(0, NUMPY_TYPES[item.__name__] if item in {int, float} else record_type(classes.get(item, item)))
     if not isinstance(value, array):
         raise TypeError(f"{value!r} lies in no array")
     return np.frombuffer(value, NUMPY_TYPES[item.__name__])
@@ -252,7 +252,7 @@ class NotKeptWarning(UserWarning):
 
 
 @cache
-def say_not_kept(why: str) -> None:
+def warn_not_kept(why: str) -> None:
     """Warns once, however many kernels there are: numba makes Python forget what it has warned of."""
     warnings.warn(f"compiled kernels are not kept, the next run compiles anew: {why}", NotKeptWarning, stacklevel=2)
 
@@ -278,7 +278,7 @@ class KernelCache(NullCache):
         try:
             kernel_store().write(self.name, hash_of(signals) + code)
         except OSError as error:
-            say_not_kept(error.strerror or str(error))
+            warn_not_kept(error.strerror or str(error))
 
 
 HASH_BYTES = 32

@@ -41,11 +41,11 @@ def idle_events(
     scenario: Scenario, new_plc: Callable[[], Plc], net: Network, events: Iterable[Event] | None = None
 ) -> list[Event]:
     """The events of a scenario that has no errors which change nothing; of some ``events`` of one kind, where given."""
-    trial, candidates = _Trial(new_plc, net, scenario), scenario.events if events is None else events
+    trial, candidates = _EventTrial(new_plc, net, scenario), scenario.events if events is None else events
     return [event for event in sorted(candidates, key=lambda event: event.at) if not trial.has_effect(event)]
 
 
-class _Trial:
+class _EventTrial:
     """What stands where, as far as events have written it."""
 
     def __init__(self, new_plc: Callable[[], Plc], net: Network, scenario: Scenario) -> None:
@@ -278,7 +278,7 @@ class Agenda:
     """The events that have happened, in words."""
     plant_numbers: dict[str, dict[str, float]] = field(default_factory=dict)
     """The present numbers of disturbed plants."""
-    zero: int = 0
+    start_step: int = 0
     """The base step at which time starts."""
     broken_sensors: dict[str, int] = field(default_factory=dict)
     """The event that broke a loop's sensor last."""
@@ -449,7 +449,7 @@ class Agenda:
     def switch_cpu(self, k: int, mode: str) -> None:
         """The CPU's mode switch."""
         if mode == "run":
-            self.plc.run((self.zero + k) * self.step)
+            self.plc.run((self.start_step + k) * self.step)
         else:  # program or stop
             self.plc.program(self.net.signal_values)
 

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 #
 # A kind is a row of `KINDS`; the command line gives it its code.
 
-KINDS = (
+PROBLEM_KINDS = (
     "unknown_name",
     "expression",
     "combination",
@@ -81,7 +81,7 @@ class BadValue(NamedTuple):
 def unknown_name(path: Path, what: str, name: object, known: Iterable[str], *, key: bool = False) -> Problem:
     """A name that is unknown here, with the nearest known one as help."""
     names = list(known)
-    near = _same_signal(str(name), names) or closest_name(str(name), names)
+    near = _find_signal(str(name), names) or closest_name(str(name), names)
     few = ", ".join(names[:12]) + (", …" if len(names) > 12 else "")
     cure = f"did you mean {near}?" if near else f"known: {few}" if names else f"there is no {what} here to be named"
     return Problem(path, f"{str(name)[:60]!r} is no {what}", "unknown_name", help=cure, key=key)
@@ -91,7 +91,7 @@ SIGNAL_SYNONYMS = {"output": "out", "mv": "out", "cv": "out", "setpoint": "sp", 
 """Other words for the signals of a loop."""
 
 
-def _same_signal(name: str, names: Sequence[str]) -> str | None:
+def _find_signal(name: str, names: Sequence[str]) -> str | None:
     """The only name that one is in other capitals, by another word, or without its loop."""
     loop, point, part = name.casefold().rpartition(".")
     wanted = f"{loop}{point}{SIGNAL_SYNONYMS.get(part, part)}"
@@ -198,7 +198,7 @@ def evaluate(
 
 MAX_TRIES = 40
 """Points at which two values of a signal are tried."""
-DECADES = (-2.0, 3.0)
+TRIED_DECADES = (-2.0, 3.0)
 
 
 def depends_on(
@@ -212,7 +212,7 @@ def depends_on(
     random = Random(slot)
 
     def draw_number() -> float:
-        number = 10 ** random.uniform(*DECADES)
+        number = 10 ** random.uniform(*TRIED_DECADES)
         return random.choice((0.0, 1.0, number, number, number, -number))
 
     trial = list(signals)

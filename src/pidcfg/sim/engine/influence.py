@@ -50,7 +50,7 @@ class Influence:
     """Answers of `reached_signals`: a run asks the same again and again, and the graph stays."""
     _followers_cache: dict[int, tuple[frozenset[int], frozenset[int]]] = field(default_factory=dict)
     _plants: dict[int, Sequence[str]] = field(default_factory=dict)
-    _moved_by_events: dict[int, tuple[Event, frozenset[int]]] = field(default_factory=dict)
+    _event_cache: dict[int, tuple[Event, frozenset[int]]] = field(default_factory=dict)
     """What events move, by their identity."""
 
     @classmethod
@@ -108,7 +108,7 @@ class Influence:
     def pulse_signals(self, loop: int) -> list[int]:
         """The signals that follow a loop's output as pulses."""
         names = (f"{self.plc.loops[loop]}.{name}" for name in self.plc.pulses)
-        return [self.net.names[name] for name in names if name in self.net.names]
+        return [self.net.slots[name] for name in names if name in self.net.slots]
 
     def pulse_cycle(self, loop: int) -> float:
         """The period of the pulses that follow a loop's output, its own or plants', in s; 0: none do."""
@@ -170,12 +170,12 @@ class Influence:
         """Whether an event moves a loop's PV or its set point; one that changes nothing moves nothing."""
         if any(event is one for one in self.idle_events):
             return False
-        known, moved = self._moved_by_events.get(id(event), (None, frozenset()))
+        known, moved = self._event_cache.get(id(event), (None, frozenset()))
         if known is not event:
             moved = self.moved_by_event(event)
-            if len(self._moved_by_events) >= MAX_CACHED_EVENTS:  # a batch has new ones in each sample
-                self._moved_by_events.clear()
-            self._moved_by_events[id(event)] = event, moved
+            if len(self._event_cache) >= MAX_CACHED_EVENTS:  # a batch has new ones in each sample
+                self._event_cache.clear()
+            self._event_cache[id(event)] = event, moved
         config = self.plc.configs[loop]
         return config.pv_slot in moved or config.sp_slot in moved
 
@@ -284,7 +284,7 @@ def signal_path(net: Network, plc: Plc, loop: int) -> SignalPath:
     """The way of a loop's output; the wiring of a network stays, so it is looked for once."""
     path: SignalPath | None = net.signal_paths.get(loop)
     if path is None:
-        pulses = {net.names.get(f"{plc.loops[loop]}.{name}", -1) for name in plc.pulses} - {-1}
+        pulses = {net.slots.get(f"{plc.loops[loop]}.{name}", -1) for name in plc.pulses} - {-1}
         outputs = {plc.configs[loop].out_slot, *pulses}
         slots, plants = set(outputs), []
         for at, plant in enumerate(net.plants):

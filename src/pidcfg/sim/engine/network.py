@@ -35,7 +35,7 @@ STEPS_PER_LAG = 10
 """Steps that the shortest lag takes of a plant whose input is not held."""
 MIN_PULSE_STEPS = 2
 """Base steps that the period of pulses has at least."""
-PARAMETERS = ("gain", "load")
+READABLE_PARAMETERS = ("gain", "load")
 """Parameters of a plant that expressions can read: ``FIC-102.gain``."""
 
 
@@ -44,7 +44,7 @@ class Network:
     """Everything between the outputs and the PVs of the loops, and the signals of a run."""
 
     signal_values: list[float]
-    names: dict[str, int]
+    slots: dict[str, int]
     """Signals of the report and the trend, in the order of their columns."""
     plants: list[Plant] = field(default_factory=list)
     channels: list[Channel] = field(default_factory=list)
@@ -99,11 +99,11 @@ def build_network(scenario: Scenario, plc: Plc, step: int, problems: Sequence[Pr
     )
     net.outside_signals |= plc.inputs
     for name, value in scenario.signals.items():
-        if name in net.names:
+        if name in net.slots:
             net.problems.append(Problem(("signals", name), f"{name} is a signal of the PLC", "value", key=True))
         else:
-            net.names[name] = net.outside_signals[name] = net.add_signal(float(value))
-    needs = _EventNeeds.of(scenario)
+            net.slots[name] = net.outside_signals[name] = net.add_signal(float(value))
+    needs = _EventNeeds.from_scenario(scenario)
     for key, text in scenario.plants.items():
         _add_plant(net, plc, key, text, needs)
     inputs = _read_inputs(net, plc)
@@ -119,7 +119,7 @@ def build_network(scenario: Scenario, plc: Plc, step: int, problems: Sequence[Pr
 def set_numbers(net: Network, scenario: Scenario, step: int) -> None:
     """Works out parts, coefficients and delay lines of the numbers that the plants have in ``net.texts``."""
     for name, (_, text) in net.texts.items():
-        for parameter in PARAMETERS:
+        for parameter in READABLE_PARAMETERS:
             net.signal_values[net.parameters[f"{name}.{parameter}"]] = float(getattr(text, parameter))
     _divide_step(net, scenario, step)
     _prepare_plants(net, step)
@@ -133,7 +133,7 @@ class _EventNeeds:
     noisy_plants: frozenset[str | None]
 
     @classmethod
-    def of(cls, scenario: Scenario) -> _EventNeeds:
+    def from_scenario(cls, scenario: Scenario) -> _EventNeeds:
         """Of all events."""
         broken = frozenset(event.loop for event in scenario.events if event.pv is not None)
         noisy = frozenset(e.plant or e.loop for e in scenario.events if "noise" in (e.disturb or {}))
@@ -154,7 +154,7 @@ def _add_plant(net: Network, plc: Plc, key: str | int, text: PlantText, needs: _
     if isinstance(key, str) and name not in plc.loops:
         net.problems.append(unknown_name(path, "loop", name, plc.loops, key=True))
         return
-    if name in net.texts or (isinstance(key, int) and name in net.names):
+    if name in net.texts or (isinstance(key, int) and name in net.slots):
         net.problems.append(Problem(path, f"{name} is taken", "value", help="give the plant another name"))
         return
     noisy = text.noise > 0 or name in needs.noisy_plants
@@ -164,14 +164,14 @@ def _add_plant(net: Network, plc: Plc, key: str | int, text: PlantText, needs: _
     measured = _measured_slot(net, plc, name, needs) if name in plc.loops else net.add_signal()
     plant = Plant(MODELS[text.model], net.add_signal() if noisy else measured, measured)
     if name not in plc.loops:
-        net.names[name] = measured
+        net.slots[name] = measured
     if noisy:
         plant.column = len(net.noisy_plants)
         net.noisy_plants.append(name)
     net.texts[name] = (path, text)
     net.plant_index[name] = len(net.plants)
     net.plants.append(plant)
-    for parameter in PARAMETERS:
+    for parameter in READABLE_PARAMETERS:
         net.parameters[f"{name}.{parameter}"] = net.add_signal()
 
 
@@ -195,7 +195,7 @@ def _measured_slot(net: Network, plc: Plc, name: str, needs: _EventNeeds) -> int
 
 def _read_inputs(net: Network, plc: Plc) -> dict[str, Expression]:
     """What each plant reads."""
-    names = {**net.names, **net.parameters}
+    names = {**net.slots, **net.parameters}
     for i, loop in enumerate(plc.loops):
         at = net.plant_index.get(loop)
         names[f"{loop}.PV"] = plc.configs[i].in_slot if at is None else net.plants[at].slot
@@ -226,7 +226,7 @@ def _read_expression(net: Network, path: Path, text: str, names: Mapping[str, in
 
 def _connect_pvs(net: Network, plc: Plc, connect: Mapping[str, str], needs: _EventNeeds) -> None:
     """Expressions wired to the PVs of loops, and loops that nothing is wired to."""
-    names = {**net.names, **net.parameters}
+    names = {**net.slots, **net.parameters}
     for name, at in net.plant_index.items():
         names[f"{name}.PV" if name in plc.loops else name] = net.plants[at].measured
     targets = {f"{loop}.PV": loop for loop in plc.loops}

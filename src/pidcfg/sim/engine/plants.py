@@ -346,7 +346,7 @@ Normals = Callable[
 ]
 """The type of `draw_normals`."""
 
-WORDS, MIXING_DISTANCE = 624, 397
+STATE_WORDS, MIXING_DISTANCE = 624, 397
 """Words of the generator's state, and how far apart those are that are mixed."""
 UPPER_MASK, LOWER_MASK, TWIST_MATRIX = 0x80000000, 0x7FFFFFFF, 0x9908B0DF
 FULL_TURN = 2.0 * math.pi
@@ -354,49 +354,49 @@ TRIED_NUMBERS = 4096
 """Numbers by which compiled code is held to Python's."""
 
 
-UNSEEDED_WORDS = WORDS + 1
+UNSEEDED_WORDS = STATE_WORDS + 1
 """Words that are used up of a state that has none yet."""
 
 
 def seed_words(key: Sequence[int], state: MutableSequence[int]) -> None:
     """The state that ``random.seed`` makes of a text, by the words that the generator has of it (kernel)."""
     state[0] = 19650218
-    for i in range(1, WORDS):
+    for i in range(1, STATE_WORDS):
         state[i] = (1812433253 * (state[i - 1] ^ (state[i - 1] >> 30)) + i) & 0xFFFFFFFF
     i, j = 1, 0
-    for _ in range(max(WORDS, len(key))):
+    for _ in range(max(STATE_WORDS, len(key))):
         state[i] = ((state[i] ^ ((state[i - 1] ^ (state[i - 1] >> 30)) * 1664525)) + key[j] + j) & 0xFFFFFFFF
         j = j + 1 if j + 1 < len(key) else 0
         i += 1
-        if i == WORDS:
-            state[0] = state[WORDS - 1]
+        if i == STATE_WORDS:
+            state[0] = state[STATE_WORDS - 1]
             i = 1
-    for _ in range(WORDS - 1):
+    for _ in range(STATE_WORDS - 1):
         state[i] = ((state[i] ^ ((state[i - 1] ^ (state[i - 1] >> 30)) * 1566083941)) - i) & 0xFFFFFFFF
         i += 1
-        if i == WORDS:
-            state[0] = state[WORDS - 1]
+        if i == STATE_WORDS:
+            state[0] = state[STATE_WORDS - 1]
             i = 1
     state[0] = 0x80000000
-    state[WORDS] = WORDS
+    state[STATE_WORDS] = STATE_WORDS
 
 
 def renew_words(state: MutableSequence[int]) -> None:
     """The next 624 words of the Mersenne Twister (kernel)."""
-    for i in range(WORDS):
-        following = i + 1 if i + 1 < WORDS else 0
-        mixed = i + MIXING_DISTANCE if i + MIXING_DISTANCE < WORDS else i + MIXING_DISTANCE - WORDS
+    for i in range(STATE_WORDS):
+        following = i + 1 if i + 1 < STATE_WORDS else 0
+        mixed = i + MIXING_DISTANCE if i + MIXING_DISTANCE < STATE_WORDS else i + MIXING_DISTANCE - STATE_WORDS
         y = (state[i] & UPPER_MASK) | (state[following] & LOWER_MASK)
         state[i] = state[mixed] ^ (y >> 1) ^ (TWIST_MATRIX * (y & 1))
-    state[WORDS] = 0
+    state[STATE_WORDS] = 0
 
 
 def draw_word(state: MutableSequence[int]) -> int:
     """32 random bits; the last number of the state counts the words that are used up (kernel)."""
-    if state[WORDS] >= WORDS:
+    if state[STATE_WORDS] >= STATE_WORDS:
         renew_words(state)
-    y = state[state[WORDS]]
-    state[WORDS] += 1
+    y = state[state[STATE_WORDS]]
+    state[STATE_WORDS] += 1
     y ^= y >> 11
     y ^= (y << 7) & 0x9D2C5680
     y ^= (y << 15) & 0xEFC60000
@@ -424,7 +424,7 @@ def draw_normals(
     The first ones are drawn from the seed that ``key`` stands for. Numbers come in pairs; ``spare`` holds the second
     one, and whether there is one.
     """
-    if state[WORDS] == UNSEEDED_WORDS:
+    if state[STATE_WORDS] == UNSEEDED_WORDS:
         seed_words(key, state)
     for row in range(rows):
         if spare[1] != 0.0:
@@ -474,8 +474,8 @@ def unseeded_state(seed: str) -> tuple[array[int], array[int], array[float]]:
     number = int.from_bytes(data + hashlib.sha512(data).digest(), "big")
     words = -(-number.bit_length() // 32)
     key = struct.unpack(f"<{words}I", number.to_bytes(4 * words, "little"))
-    state = array("q", bytes(8 * (WORDS + 1)))
-    state[WORDS] = UNSEEDED_WORDS
+    state = array("q", bytes(8 * (STATE_WORDS + 1)))
+    state[STATE_WORDS] = UNSEEDED_WORDS
     return array("q", key), state, array("d", [0.0, 0.0])
 
 

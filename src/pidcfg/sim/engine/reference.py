@@ -43,7 +43,7 @@ class HeldNetwork:
     """The signals that are those of the run whenever an event may have changed them."""
 
     @classmethod
-    def of(cls, scenario: Scenario, net: Network, plc: Plc, influence: Influence, storage: Storage) -> HeldNetwork:
+    def begin(cls, scenario: Scenario, net: Network, plc: Plc, influence: Influence, storage: Storage) -> HeldNetwork:
         """Of a run at time 0."""
         judged_loops = [i for i, name in enumerate(plc.loops) if scenario.loops is None or name in scenario.loops]
         benefits = [

@@ -49,7 +49,7 @@ class RepeatedRun:
     def __init__(
         self, scenario: Scenario, new_plc: Callable[[], Plc], controller: Controller, settings: Settings
     ) -> None:
-        self.run = run = Run.of(scenario, new_plc, controller, settings)
+        self.run = run = Run.prepare(scenario, new_plc, controller, settings)
         self.plc = plc = run.plc
         machine, net, storage = run.machine, run.net, run.machine.kernels.storage
         rows: tuple[Any, ...] = (
@@ -134,7 +134,7 @@ class RepeatedRun:
         if net.noisy_plants:
             for i, meter in enumerate(machine.meters):
                 meter.min_swing = min_swing(scenario, plc, net, i)
-        machine.renew()
+        machine.restart()
         journal = first_run.journal
         agenda = Agenda(scenario, plc, net, machine, journal, influence, first_run.step)
         run = Run(

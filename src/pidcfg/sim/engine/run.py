@@ -147,7 +147,7 @@ def prepare_network(scenario: Scenario, plc: Plc) -> Network:
     problems = list(check_scenario(scenario, plc))
     for name, period in zip(plc.loops, plc.periods, strict=True):
         if period and misses_samples(period, step, scenario):
-            problems.append(uneven_rate(name, period, step))
+            problems.append(uneven_rate_problem(name, period, step))
     if scenario.plc.number_of_loops is not None and any(plc.error_words.values()):
         words = ", ".join(f"{name} = {plc.error_format.format(word)}" for name, word in plc.error_words.items())
         message = f"with {scenario.plc.number_of_loops} loops the set-up check gives {words}: the loop task is off"
@@ -164,7 +164,7 @@ def misses_samples(period: int, step: int, scenario: Scenario) -> bool:
     return period < step if scenario.plc.scan_time is not None else period % step != 0
 
 
-def uneven_rate(loop: str, period: int, step: int, since: str = "") -> Problem:
+def uneven_rate_problem(loop: str, period: int, step: int, since: str = "") -> Problem:
     """A sample rate that the base step does not meet."""
     relation = "is shorter than" if period < step else "is no multiple of"
     message = f"{since}the sample rate of {loop}, {period / TICKS:g} s, {relation} the step, {step / TICKS:g} s"
@@ -348,7 +348,7 @@ def simulate(scenario: Scenario, new_plc: Callable[[], Plc], controller: Control
 
 def begin_run(scenario: Scenario, new_plc: Callable[[], Plc], controller: Controller, settings: Settings) -> Run:
     """A run at time 0, as `simulate` has it; `Run.steps_to_end` goes on from there."""
-    return settle_run(lambda: Run.of(scenario, new_plc, controller, settings))
+    return settle_run(lambda: Run.prepare(scenario, new_plc, controller, settings))
 
 
 def settle_run(new_run: Callable[[], Run]) -> Run:
@@ -357,7 +357,7 @@ def settle_run(new_run: Callable[[], Run]) -> Run:
     if run.scenario.initial == "steady" and run.plc.running:
         swinging = swinging_loops(run.plc, run.agenda.influence)
         try:
-            run.zero = run_to_rest(run.machine, run.settings.max_loop_steps, swinging)
+            run.start_step = run_to_rest(run.machine, run.settings.max_loop_steps, swinging)
             run.problems += refused_modes(run.machine)
         except UnsteadyError as error:
             run = new_run()
@@ -403,7 +403,7 @@ class Run:
     noise: Noise = field(default_factory=lambda: Noise([]))
     noise_end: int = 0
     """The base step from which on there is no noise yet."""
-    zero: int = 0
+    start_step: int = 0
     trend: Trend | None = None
     periods: list[int] = field(default_factory=list)
     """Sample rates at the last look."""
@@ -416,7 +416,7 @@ class Run:
     """The reference of an earlier run of the same network, which serves again."""
 
     @classmethod
-    def of(cls, scenario: Scenario, new_plc: Callable[[], Plc], controller: Controller, settings: Settings) -> Run:
+    def prepare(cls, scenario: Scenario, new_plc: Callable[[], Plc], controller: Controller, settings: Settings) -> Run:
         """Everything in place, nothing run yet."""
         plc = new_plc()
         net = prepare_network(scenario, plc)
@@ -438,7 +438,7 @@ class Run:
         meters = meters_of(scenario, plc, net, last)
         bands = [Band(i, DEFAULT_BAND) for i in range(len(meters))]
         watched = {slot for m in meters for slot in (m.pv, m.sp, m.out)}
-        gauges = [Gauge(slot) for slot in net.names.values() if slot not in watched]
+        gauges = [Gauge(slot) for slot in net.slots.values() if slot not in watched]
         watches = watches_of(scenario, plc, net, step)
         bands += [w for w in watches.values() if isinstance(w, Band)]
         gauges += [w for w in watches.values() if isinstance(w, Gauge)]
@@ -446,7 +446,7 @@ class Run:
         work = (last + 1) * len(plc.configs) * (net.parts + 3) // 4  # a step of a plant is a quarter of a loop-step
         engine = choose_engine(settings.engine, work, controller, calls_of(scenario, net), settings.runs)
         kernels = numba_kernels(controller) if engine == "numba" else python_kernels(controller)
-        machine = Machine(net, plc, step, meters, bands, gauges, onsets, list(net.names.values()), kernels)
+        machine = Machine(net, plc, step, meters, bands, gauges, onsets, list(net.slots.values()), kernels)
         placed: list[Watch] = [*machine.bands, *machine.gauges, *machine.onsets]
         placed_by_id = {id(mine): seen for mine, seen in zip([*bands, *gauges, *onsets], placed, strict=True)}
         watches = {i: placed_by_id[id(watch)] for i, watch in watches.items()}
@@ -470,23 +470,23 @@ class Run:
         fast = self.machine.kernels.normals() if self.net.noisy_plants else None
         self.noise = Noise([f"{self.scenario.seed}/{name}" for name in self.net.noisy_plants], fast)
         if self.settings.trend is not None:
-            self.trend = Trend(self.settings.trend, list(self.net.names), self.step, self.settings.every)
+            self.trend = Trend(self.settings.trend, list(self.net.slots), self.step, self.settings.every)
         if self.settings.recording is not None:
-            self.settings.recording.begin(list(self.net.names), self.last + 1, self.dt)
+            self.settings.recording.begin(list(self.net.slots), self.last + 1, self.dt)
         self.periods = list(self.plc.periods)
         self._look_at_settings(0)
-        k = self.agenda.zero = self.zero
+        k = self.agenda.start_step = self.start_step
         if self.settings.with_verdicts and self.settings.with_reference:
             self.machine.reference = self._begin_reference()
         self.loop_watch = LoopWatch(self._make_evidence())
         for stop, action in self.agenda.stops(self.last, self.loop_watch.stops()):
-            if stop > k - self.zero:
-                k = yield from self._advance_to(k, self.zero + stop)
+            if stop > k - self.start_step:
+                k = yield from self._advance_to(k, self.start_step + stop)
             note = action(stop)
             if note is not None:
                 self.notes.append(note)
             self._look_at_settings(stop)
-        yield from self._advance_to(k, self.zero + self.last + 1)
+        yield from self._advance_to(k, self.start_step + self.last + 1)
 
     def finish(self) -> Report:
         """The report of what has run."""
@@ -498,17 +498,17 @@ class Run:
         """The same plants without control, at time 0."""
         storage = self.machine.kernels.storage
         if self.old_reference is None:
-            return HeldNetwork.of(self.scenario, self.net, self.plc, self.agenda.influence, storage)
+            return HeldNetwork.begin(self.scenario, self.net, self.plc, self.agenda.influence, storage)
         self.old_reference.renew(self.scenario, self.plc, storage.copy_into)
         return self.old_reference
 
     def _advance_to(self, k: int, end: int) -> Generator[int, None, int]:
         """Base steps up to ``end``; the first and the last one stand alone, so that somebody looks after them."""
-        bounds = {self.zero + 1, self.zero + self.last} if self.settings.with_report else set()
+        bounds = {self.start_step + 1, self.start_step + self.last} if self.settings.with_report else set()
         while k < end:
             stop = min([end, k + self.chunk_steps, *(b for b in bounds if b > k)])
             self._advance_chunk(k, stop)
-            self._look_at_settings(stop - self.zero)
+            self._look_at_settings(stop - self.start_step)
             k = stop
             yield k
         return k
@@ -520,7 +520,7 @@ class Run:
         if interval:
             machine.trend = array("d", bytes(8 * ((stop - k) // interval + 1) * len(machine.trend_slots)))
         while k < stop:
-            k = machine.advance(k, self._draw_noise(k, stop), self.zero, self.last, interval)
+            k = machine.advance(k, self._draw_noise(k, stop), self.start_step, self.last, interval)
             if self.settings.with_report:
                 self.journal.read_log(machine.log, machine.counts[0])
             if self.trend is not None:
@@ -529,14 +529,14 @@ class Run:
                 recording.add_rows(machine.trend, machine.counts[1])
             machine.counts[0] = machine.counts[1] = 0
         if self.settings.progress is not None:
-            self.settings.progress((k - self.zero) / (self.last + 1))
+            self.settings.progress((k - self.start_step) / (self.last + 1))
 
     def _draw_noise(self, k: int, stop: int) -> int:
         """Draws the noise of many base steps at once; returns up to which one before ``stop`` there is some."""
         if not self.net.noisy_plants:
             return stop
         if k >= self.noise_end:
-            count = min(self.chunk_steps, self.zero + self.last + 1 - k)
+            count = min(self.chunk_steps, self.start_step + self.last + 1 - k)
             self.machine.noise = NoiseRows(self.noise.draw_rows(count), len(self.net.noisy_plants), k)
             self.noise_end = k + count
         return min(stop, self.noise_end)
@@ -548,7 +548,7 @@ class Run:
         periods, self.periods = self.periods, list(self.plc.periods)
         for name, old, new in zip(self.plc.loops, periods, self.periods, strict=True):
             if new and new != old and misses_samples(new, self.step, self.scenario):
-                self.problems.append(uneven_rate(name, new, self.step, f"by {ten_digits(k * self.dt):g} s: "))
+                self.problems.append(uneven_rate_problem(name, new, self.step, f"by {ten_digits(k * self.dt):g} s: "))
         if self.settings.recording is not None:
             self.settings.recording.note_levels(self.plc, self.net.signal_values, ten_digits(k * self.dt))
 
@@ -577,7 +577,7 @@ class Run:
         reasons = ((i, loop.modes[-1].reason) for i, loop in enumerate(self.journal.loops) if loop.modes)
         evidence.reasons = {i: reason for i, reason in reasons if reason}
         verdicts = judge_standing(evidence) if self.settings.with_verdicts else []
-        fault_notes_found = list(fault_notes(self.scenario, self.plc, self.net, self.step, self.zero))
+        fault_notes_found = list(fault_notes(self.scenario, self.plc, self.net, self.step, self.start_step))
         return JudgedRun(metrics, evidence, verdicts, fault_notes_found, signal_range)
 
     def _make_report(self, judged: JudgedRun) -> Report:
@@ -602,13 +602,13 @@ class Run:
             plc_flags={name: self.plc.error_format.format(word) for name, word in self.plc.error_words.items()},
             running=self.plc.running,
             loops=dict(zip(self.plc.loops, self.journal.loops, strict=True)),
-            signals={name: judged.signal_range(name) for name in self.net.names},
+            signals={name: judged.signal_range(name) for name in self.net.slots},
             expectations=list(evidence.verdicts),
             standing=verdicts,
             events=self.agenda.past_events,
             notes=sorted([*self.notes, *self.journal.notes(), *judged.faults], key=lambda note: note.at),
             problems=self.problems,
-            settled=ten_digits(self.zero * self.dt) if self.zero else None,
+            settled=ten_digits(self.start_step * self.dt) if self.start_step else None,
             scan_time=self._scan_time(),
         )
 
@@ -625,7 +625,7 @@ class Run:
         ranges: dict[int, tuple[float, float]] = {g.slot: (g.low, g.high) for g in reversed(self.machine.gauges)}
         for m in self.machine.meters:
             ranges |= {m.pv: (m.pv_low, m.pv_high), m.sp: (m.sp_low, m.sp_high), m.out: (m.out_low, m.out_high)}
-        names, signals = self.net.names, self.net.signal_values
+        names, signals = self.net.slots, self.net.signal_values
 
         def signal_range(name: str) -> Range:
             slot = names[name]

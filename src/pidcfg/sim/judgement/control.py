@@ -56,7 +56,7 @@ def judge_settling(e: Evidence, i: int) -> Judgement:
             f"stays within {_number_text(e.bands[i])}{e.unit(i)} of its set point for {_number_text(stays)} s"
         )
     if m.last_outside < 0 and is_unexcited(e, i):
-        return unjudged_verdict(NO_EXCITATION)
+        return unjudged_verdict(NO_EXCITATION_TEXT)
     until = _round_up_time(e.seconds(entry) + needed)
     cure = f"let it run to {until} s" if m.in_control else f"{e.seconds(end):g} s is too early to end its control"
     return open_verdict(f"settled for {_number_text(stays)} s of the {_number_text(needed)} s that show it: {cure}")
@@ -185,13 +185,13 @@ def _is_bounded_to_the_end(expectation: Expectation, loop: str) -> bool:
 # Design. A second network runs beside the run with the outputs of all judged loops held. Its error is measured against
 # the set point of the run itself, while the loop is in Auto or Cascade and its sensor sound.
 
-NO_REFERENCE = "the run had no reference"
+NO_REFERENCE_TEXT = "the run had no reference"
 MAX_ERROR_SHARE = 0.7
 """Of the error without control: with more of it the loop does nothing."""
-SLOWEST_LAGS = 1.5
+MAX_ANSWER_LAGS = 1.5
 """Sums of the lags after the dead time, in which a step of the set point has come 63 % of its way; where the dead time
 is long, so is a second one and the lags once, as a robust loop waits for its answer."""
-LONGEST_STEP_ERROR = 1.5
+MAX_ERROR_TIMES = 1.5
 """Of that time, for which the whole step would be missing, if all errors after it stood for a whole one."""
 
 
@@ -204,9 +204,9 @@ def judge_benefit(e: Evidence, i: int) -> Judgement:
     if benefit is None:
         if e.plc.loops[i] in e.plc.wired_loops:
             return unjudged_verdict("its PV comes from the PLC's program")
-        return open_verdict(f"whether it does better than without control: {NO_REFERENCE}")
+        return open_verdict(f"whether it does better than without control: {NO_REFERENCE_TEXT}")
     if is_unexcited(e, i):
-        return unjudged_verdict(NO_EXCITATION)
+        return unjudged_verdict(NO_EXCITATION_TEXT)
     error_share = benefit.error / benefit.held_error if benefit.held_error else 1.0
     if error_share > MAX_ERROR_SHARE:
         return open_verdict(f"no better than without control: {100 * error_share:.0f} % of the error is left")
@@ -216,7 +216,7 @@ def judge_benefit(e: Evidence, i: int) -> Judgement:
     return proven_verdict(f"leaves {100 * error_share:.0f} % of the error that there would be without it")
 
 
-NO_EXCITATION = "no excitation: without it the PV would have stayed at its set point as well"
+NO_EXCITATION_TEXT = "no excitation: without it the PV would have stayed at its set point as well"
 
 
 def is_unexcited(e: Evidence, i: int) -> bool:
@@ -231,15 +231,15 @@ def _slow_answer(e: Evidence, i: int) -> str:
         return ""
     if m.sp_moved_at > m.locked_until or abs(m.sp_after - m.sp_before) <= e.bands[i]:
         return ""
-    answered = max(SLOWEST_LAGS * pace.lag_time, pace.dead_time + pace.lag_time)
+    answered = max(MAX_ANSWER_LAGS * pace.lag_time, pace.dead_time + pace.lag_time)
     limit = pace.dead_time + answered + SMOOTHING_SAMPLES * e.plc.configs[i].period / TICKS
     end = min(e.last if m.in_control else m.control_since, m.step_until)
     delay = e.seconds((m.reached_at if m.reached_at >= 0 else end) - m.event_at)
     error_time = e.seconds(m.step_error) / abs(m.sp_after - m.sp_before)
-    if delay <= limit and m.reached_at >= 0 and error_time > LONGEST_STEP_ERROR * limit:
+    if delay <= limit and m.reached_at >= 0 and error_time > MAX_ERROR_TIMES * limit:
         return (
             f"the error after the step is that of a whole step for {_number_text(error_time)} s, more than "
-            f"{_number_text(LONGEST_STEP_ERROR * limit)} s (D912); where it may, expect a settling_time"
+            f"{_number_text(MAX_ERROR_TIMES * limit)} s (D912); where it may, expect a settling_time"
         )
     if delay <= limit:
         return ""

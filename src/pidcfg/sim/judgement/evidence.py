@@ -486,21 +486,21 @@ OPERAND_COUNTS = {CONSTANT: 0, SIGNAL: 0, NEGATE: 1, ABSOLUTE: 1, ROOT: 1}
 def is_deselected(e: Evidence, i: int) -> bool:
     """Whether a loop acts on nothing now, since another loop's output is taken in its place."""
     out = e.plc.configs[i].out_slot
-    own, rivals = e.influence.own_and_other_signals(i)
-    if any(out in read_signals(e.net, plant) and not _is_left_out(e, plant, out, rivals) for plant in e.net.plants):
+    own_signals, others = e.influence.own_and_other_signals(i)
+    if any(out in read_signals(e.net, plant) and not _is_left_out(e, plant, out, others) for plant in e.net.plants):
         return False
-    return e.plc.is_deselected(i, e.signal_values, own, rivals) or _is_selected_away(e, i, rivals)
+    return e.plc.is_deselected(i, e.signal_values, own_signals, others) or _is_selected_away(e, i, others)
 
 
-def _is_selected_away(e: Evidence, i: int, rivals: frozenset[int]) -> bool:
+def _is_selected_away(e: Evidence, i: int, others: frozenset[int]) -> bool:
     """Whether every plant or connection that reads a loop's output takes the smaller or larger of it and a rival."""
     out = e.plc.configs[i].out_slot
     wired: list[Plant | Channel] = [*e.net.plants, *e.net.channels]
     readers = [reader for reader in wired if out in read_signals(e.net, reader)]
-    return bool(readers) and all(_is_left_out(e, reader, out, rivals) for reader in readers)
+    return bool(readers) and all(_is_left_out(e, reader, out, others) for reader in readers)
 
 
-def _is_left_out(e: Evidence, reader: Plant | Channel, out: int, rivals: frozenset[int]) -> bool:
+def _is_left_out(e: Evidence, reader: Plant | Channel, out: int, others: frozenset[int]) -> bool:
     pool = e.net.pool
     if reader.source >= 0:
         return False
@@ -510,7 +510,7 @@ def _is_left_out(e: Evidence, reader: Plant | Channel, out: int, rivals: frozens
         signals[out] += away * (abs(signals[out]) + 1.0)
         values.add(evaluate(pool.code, pool.constants, reader.first, reader.last, signals, pool.new_stack()))
     return len(values) == 1 and any(
-        out in lost and rivals & taken for taken, lost in _selections(e, reader.first, reader.last)
+        out in lost and others & taken for taken, lost in _selections(e, reader.first, reader.last)
     )
 
 

@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 
 UNITS = {"overshoot": " %", "settling_time": " s", "rise_time": " s", "oscillation_period": " s"}
 """Metrics that have a unit of their own."""
-NO_STEP = "no event changes the set point while the loop is in Auto or Cascade and moves its PV"
-NO_CONTROL = "the loop was not in Auto or Cascade"
-NO_SWINGS = "the PV does not oscillate"
+NO_STEP_TEXT = "no event changes the set point while the loop is in Auto or Cascade and moves its PV"
+NO_CONTROL_TEXT = "the loop was not in Auto or Cascade"
+NO_SWINGS_TEXT = "the PV does not oscillate"
 
 
 @dataclass(slots=True)
@@ -55,7 +55,7 @@ def watches_of(scenario: Scenario, plc: Plc, net: Network, step: int) -> dict[in
         elif expectation.signal is not None and (expectation.start is not None or expectation.until is not None):
             first = 0 if expectation.start is None else steps_until(expectation.start, step)
             last = NEVER if expectation.until is None else int(expectation.until * TICKS) // step
-            watches[i] = Gauge(net.names[expectation.signal], first=first, last=last)
+            watches[i] = Gauge(net.slots[expectation.signal], first=first, last=last)
         elif expectation.alarm is not None:
             watches[i] = Onset(plc.loops.index(expectation.loop or ""), plc.alarm_bits[expectation.alarm])
     return watches
@@ -126,12 +126,12 @@ def _metric_verdict(expectation: Expectation, watch: Band | None, run: MeasuredR
         time = settling_time(run.meters[loop], watch, run.last, run.dt)
         value, band = None if time is None else ten_digits(time), f" (band {expectation.band:f} %)"
     text = f"{expectation.loop} {name}{band} {_bounds_text(expectation.min, expectation.max, UNITS.get(name, ''))}"
-    nothing = _nothing_measured(name, value, run.meters[loop], run.dt)
+    nothing = _missing_text(name, value, run.meters[loop], run.dt)
     text += f" ({nothing})" if nothing else ""
     return Verdict(text, _is_inside(value, expectation.min, expectation.max), value)
 
 
-def _nothing_measured(name: str, value: float | None, meter: Meter, dt: float) -> str:
+def _missing_text(name: str, value: float | None, meter: Meter, dt: float) -> str:
     """Why a metric has no value; empty: it has one, or is of a step that had not settled at the end."""
     if value is not None:
         return ""
@@ -139,7 +139,7 @@ def _nothing_measured(name: str, value: float | None, meter: Meter, dt: float) -
         return (
             "" if meter.step_until == NEVER else f"not settled at {meter.step_until * dt:g} s, when an event moved it"
         )
-    reason = NO_STEP if name in STEP_METRICS else NO_SWINGS if name in SWING_METRICS else NO_CONTROL
+    reason = NO_STEP_TEXT if name in STEP_METRICS else NO_SWINGS_TEXT if name in SWING_METRICS else NO_CONTROL_TEXT
     return f"nothing was measured: {reason}"
 
 

@@ -30,11 +30,11 @@ from pidcfg.sim.judgement.evidence import (
 
 TURN_TIMES, SETTLING_TIMES = 2, 3
 """Plant times after which an output at its limit has turned the PV round, and moved it about as far as it can."""
-SEEN_DIFFERENCES = 3
+VISIBLE_ROUNDINGS = 3
 """Times what rounding does: an error that should have lost so much and did not stands still."""
 SHORT_WINDOW_SHARE = 0.02
 """Of the plant time: in less between the halves of a window no PV moves enough to be seen."""
-WORKING_SHARE = 0.05
+WORKING_OUTPUT_SHARE = 0.05
 """Of the way between an output's limits: with more of it a loop does something."""
 SAME_PV_SHARE = 0.05
 """Of the span: two loops whose PVs are further apart do not share one."""
@@ -98,7 +98,7 @@ def _judge_limit(e: Evidence, i: int, look: Look, limit: str) -> Judgement:
     stands_still = abs(early - late) < e.min_difference(i)
     must_move = (
         pace.integrates
-        and e.span(i) * e.seconds(look.half_length) >= SEEN_DIFFERENCES * e.min_difference(i) * pace.seconds
+        and e.span(i) * e.seconds(look.half_length) >= VISIBLE_ROUNDINGS * e.min_difference(i) * pace.seconds
     )
     if (stands_still or late > early) and time < (
         pace.seconds if stands_still and not must_move else TURN_TIMES * pace.turn_time
@@ -128,7 +128,7 @@ def _judge_offset(e: Evidence, i: int, look: Look) -> Judgement:
         return unjudged_verdict(f"an error of {abs(late):.4g}: its set point moves")
     if e.plc.profile_step(e.meters[i].last_third_aux | e.meters[i].aux_status):
         return unjudged_verdict("a profile runs")
-    still = abs(early - late) < e.min_difference(i) and decay >= SEEN_DIFFERENCES * e.min_difference(i)
+    still = abs(early - late) < e.min_difference(i) and decay >= VISIBLE_ROUNDINGS * e.min_difference(i)
     needed = TURN_TIMES if still else PATIENCE_TIMES
     if decay < e.min_difference(i) or _time_of_one_sign(e, i, look) < needed * e.paces[i].seconds:
         return too_early_verdict(f"an error of {abs(late):.4g}: too little time for its plant to show whether it lasts")
@@ -219,7 +219,7 @@ def _opponents(e: Evidence, i: int) -> Iterator[tuple[int, str]]:
 def _is_working(e: Evidence, i: int) -> bool:
     """Whether a loop's output is well above its lower limit, where it has the least effect."""
     low, high = e.plc.output_limits(i, e.signal_values)
-    return bool(e.signal_values[e.plc.configs[i].out_slot] - low > WORKING_SHARE * abs(high - low))
+    return bool(e.signal_values[e.plc.configs[i].out_slot] - low > WORKING_OUTPUT_SHARE * abs(high - low))
 
 
 def _absolute_error(e: Evidence, i: int) -> float:

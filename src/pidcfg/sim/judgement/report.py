@@ -82,10 +82,10 @@ ACCEPTED_KIND = "differs-from-accepted"
 """What is found beside that where a person has accepted a run."""
 ASSUMED_KIND = "wrong-action"
 """What is left open beside that where the sign of a plant is taken from the loop's own action."""
-ASSUMED_SIGN = "the sign of the plant is assumed from it"
+SIGN_TEXT = "the sign of the plant is assumed from it"
 
 VerdictWord = Literal["proven", "failed", "not-proven", "not-judged"]
-WORDS_OF_VERDICTS: Mapping[VerdictWord, str] = {
+VERDICT_WORDS: Mapping[VerdictWord, str] = {
     "proven": "passed",
     "failed": "FAILED",
     "not-proven": "NOT PROVEN",
@@ -190,7 +190,7 @@ class Standing:
         """The verdict: ``passed``, ``accepted``, ``FAILED``, ``NOT PROVEN``, ``allowed`` or ``not judged``."""
         if self.accepted:
             return "accepted"
-        return "allowed" if not self.passed and not self.fails else WORDS_OF_VERDICTS[self.verdict]
+        return "allowed" if not self.passed and not self.fails else VERDICT_WORDS[self.verdict]
 
     @property
     def why(self) -> str:
@@ -301,7 +301,7 @@ class Tally:
     unjudged: int
 
     @classmethod
-    def of(cls, verdicts: Sequence[Standing]) -> Tally:
+    def count(cls, verdicts: Sequence[Standing]) -> Tally:
         """Of the verdicts of a run."""
         judged = [v for v in verdicts if v.is_judged]
         return cls(

@@ -36,7 +36,7 @@ from pidcfg.sim.judgement.evidence import (
 )
 from pidcfg.sim.judgement.lasting import judge_error, judge_look, judge_saturation
 from pidcfg.sim.judgement.meters import begin_calm, calm_oscillation, oscillation, time_blind, time_cut, time_in_alarm
-from pidcfg.sim.judgement.report import ASSUMED_KIND, ASSUMED_SIGN, Standing, VerdictWord, ten_digits
+from pidcfg.sim.judgement.report import ASSUMED_KIND, SIGN_TEXT, Standing, VerdictWord, ten_digits
 from pidcfg.text.paths import dotted_text, leaves
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -222,13 +222,13 @@ def expected_errors(e: Evidence) -> Iterator[tuple[int, str]]:
         elif expectation.flag is not None and expectation.value is not False and expectation.value != 0:
             if expectation.loop is None:
                 owner = plc.error_loops.get(expectation.flag, -1)
-            if _has_come(e, expectation.flag, owner, is_loop_flag=expectation.loop is not None):
+            if _error_has_come(e, expectation.flag, owner, is_loop_flag=expectation.loop is not None):
                 text = f"{expectation.flag} {f'of {plc.loops[owner]} ' if owner >= 0 else ''}is expected"
         if text:
             yield from ((j, text) for j in (e.cascade_loops(owner) if owner >= 0 else (-1,)))
 
 
-def _has_come(e: Evidence, flag: str, owner: int, *, is_loop_flag: bool) -> bool:
+def _error_has_come(e: Evidence, flag: str, owner: int, *, is_loop_flag: bool) -> bool:
     """Whether an error has come: a word of the PLC, or a flag of a loop that means an error of its set-up."""
     if not is_loop_flag:
         return bool(e.plc.error_words[flag])
@@ -349,10 +349,10 @@ def judge_standing(e: Evidence) -> list[Standing]:
             verdicts.append(_make_standing(kind, name, unjudged_verdict(reason) if reason else judge(e, i)))
         if name in e.scenario.assumed_signs:
             verdicts.append(
-                _make_standing(ASSUMED_KIND, name, unjudged_verdict(f"whether its action is right: {ASSUMED_SIGN}"))
+                _make_standing(ASSUMED_KIND, name, unjudged_verdict(f"whether its action is right: {SIGN_TEXT}"))
             )
     verdicts = [_add_allowance(e, verdict) for verdict in verdicts]
-    reason_by_loop = {v.loop: v.allowed for v in verdicts if v.allowed is not None and v.kind in COVERING_KINDS}
+    reason_by_loop = {v.loop: v.allowed for v in verdicts if v.allowed is not None and v.kind in EXCUSING_KINDS}
     return [
         replace(v, allowed=v.allowed or reason_by_loop[v.loop])
         if v.kind in PROVING_KINDS and v.fails and v.loop in reason_by_loop
@@ -389,7 +389,7 @@ def _make_standing(kind: str, loop: str, judgement: Judgement) -> Standing:
 
 PROVING_KINDS = ("not-settled", "no-better")
 """The kinds that prove that a loop controls."""
-COVERING_KINDS = ("saturated", "error-stands", "oscillates", "out-of-range")
+EXCUSING_KINDS = ("saturated", "error-stands", "oscillates", "out-of-range")
 """Those that nobody can expect to settle whom the scenario allows them."""
 
 

@@ -248,7 +248,7 @@ class BatchOutcome:
 
 
 @frozen
-class Names:
+class BatchNames:
     """What the counts of a batch are about."""
 
     scenario: str
@@ -259,7 +259,7 @@ class Names:
     loops: Sequence[str]
 
 
-def make_certification(names: Names, batch: Batch, tally: Tally, worst_count: int) -> Certification:
+def make_certification(names: BatchNames, batch: Batch, tally: Tally, worst_count: int) -> Certification:
     """What the counts say; ``worst_count``: how many of the worst samples."""
     unrun_count = tally.failed_to_run
     counts = zip(tally.standing_failed, tally.standing_unproven, tally.standing_judged, strict=True)
@@ -317,7 +317,7 @@ def _summarise_metric(metric: Distribution) -> dict[str, float | int | None]:
     return {"count": metric.count, "mean": ten_digits(metric.mean), "min": ends["min"], **quantiles, "max": ends["max"]}
 
 
-def _worst_sample(worst: NearLimit, names: Names, batch: Batch) -> WorstSample:
+def _worst_sample(worst: NearLimit, names: BatchNames, batch: Batch) -> WorstSample:
     numbers = {
         uncertainty.label: ten_digits(number) for uncertainty, number in zip(batch.varies, worst.numbers, strict=False)
     }
@@ -335,7 +335,7 @@ SAVE_SAMPLES = 64
 """Samples between two states that are kept."""
 SAVE_SECONDS = 1.0
 """Seconds between two states of a cluster, whose blocks may come by the hundred."""
-NOTHING_MEASURED = " (nothing was measured"
+NOT_MEASURED_TEXT = " (nothing was measured"
 """What follows an expectation in a run that measured nothing for it."""
 
 
@@ -354,7 +354,7 @@ class CertifyOptions:
     """Also record how the signals of the loops spread."""
     state: bytes | None = None
     """Of an earlier batch, which is continued; raises `StateError` where it cannot be."""
-    keep: Callable[[bytes], None] | None = None
+    save_state: Callable[[bytes], None] | None = None
     """Called with the state now and then, and at the end."""
     progress: Callable[[float], None] | None = None
     remark: Callable[[str], None] | None = None
@@ -428,9 +428,9 @@ def _unprovable_shares(scenario: Scenario, samples: int) -> list[Problem]:
     return problems
 
 
-def run_samples(job: Job, names: Names, varies: Sequence[Uncertainty], options: CertifyOptions) -> Tally:
+def run_samples(job: Job, names: BatchNames, varies: Sequence[Uncertainty], options: CertifyOptions) -> Tally:
     """All samples, or those that the state lacks; raises `StateError` and `WorkersError`."""
-    key = key_of(job) if options.state is not None or options.keep is not None else ""
+    key = key_of(job) if options.state is not None or options.save_state is not None else ""
     sizes = (len(names.expectations), len(names.standing), len(names.loops), len(varies))
     progress = (
         Progress(Tally.empty(sizes)) if options.state is None else read_state(options.state, key, job, options.samples)
@@ -438,8 +438,8 @@ def run_samples(job: Job, names: Names, varies: Sequence[Uncertainty], options: 
     tally, kept_samples, kept_at = progress.tally, progress.tally.samples, 0.0
 
     def keep_state() -> None:
-        if options.keep is not None:
-            options.keep(state_text(progress, key))
+        if options.save_state is not None:
+            options.save_state(state_text(progress, key))
 
     for parts in _keep_when_lost(_next_results(job, progress, sizes, options), keep_state):
         for part in parts:
@@ -484,13 +484,13 @@ def _next_results(
     return cluster.cluster_results(job, options.cluster, progress, options.samples, sizes, remark)
 
 
-def names_of(scenario: Scenario, report: Report) -> Names:
+def names_of(scenario: Scenario, report: Report) -> BatchNames:
     """What the samples are counted by, in the words of a run."""
-    return Names(
+    return BatchNames(
         scenario.scenario,
         [
             (
-                verdict.text.partition(NOTHING_MEASURED)[0],
+                verdict.text.partition(NOT_MEASURED_TEXT)[0],
                 None if expectation.share is None else float(expectation.share),
             )
             for verdict, expectation in zip(report.expectations, scenario.expect, strict=True)

@@ -77,7 +77,7 @@ class Task(NamedTuple):
     """A block that a worker has, or its trial."""
 
     future: Future
-    first: int | None
+    first_sample: int | None
     """The block's first sample; None: the trial."""
 
 
@@ -150,14 +150,14 @@ class Fleet:
     address: str
     samples: int
     sizes: Sizes
-    own_facts: dict[str, str]
+    local_facts: dict[str, str]
     """What a worker is held against."""
     remark: Callable[[str], None]
     tasks: dict[str, Task] = field(default_factory=dict)
     """By worker."""
     workers: dict[str, str] = field(default_factory=dict)
     """By the key of the future that each works on."""
-    next_first: int = 0
+    next_sample: int = 0
     """The first sample of the first block that nobody has had."""
     lost_blocks: list[int] = field(default_factory=list)
     """Blocks whose workers went away."""
@@ -167,13 +167,13 @@ class Fleet:
     lost_workers: dict[int, int] = field(default_factory=dict)
     """How many workers have gone away with a block."""
     done_futures: SimpleQueue[Future] = field(default_factory=SimpleQueue)
-    looked_at: float = 0.0
+    last_look_at: float = 0.0
     last_worker_at: float = field(default_factory=time.monotonic)  # when there was a worker last
 
     def run_blocks(self, progress: Progress) -> Iterator[list[Tally | SampleResult]]:
         """All blocks that are missing."""
-        due, tallies = progress.tally.end, progress.ahead
-        self.next_first = due
+        due, tallies = progress.tally.end, progress.early_blocks
+        self.next_sample = due
         single_results: dict[int, list[SampleResult]] = {}
         while due < self.samples:
             self.look_at_workers()
@@ -197,9 +197,9 @@ class Fleet:
 
     def look_at_workers(self) -> None:
         """Who is there: newcomers have their trial, and what the lost ones had is free again."""
-        if time.monotonic() - self.looked_at < LOOK_SECONDS:
+        if time.monotonic() - self.last_look_at < LOOK_SECONDS:
             return
-        self.looked_at = time.monotonic()
+        self.last_look_at = time.monotonic()
         members = self.worker_threads()
         for worker in [worker for worker in self.tasks if worker not in members]:
             self.lose_worker(worker)
@@ -252,16 +252,16 @@ class Fleet:
 
     def next_block(self, due: int, tallies: dict[int, Tally]) -> int | None:
         """What is worth running next."""
-        held_blocks = [task.first for task in self.tasks.values() if task.first is not None]
+        held_blocks = [task.first_sample for task in self.tasks.values() if task.first_sample is not None]
         while self.lost_blocks:
             first = self.lost_blocks.pop()
             if first >= due and first not in tallies and first not in held_blocks:
                 return first
-        self.next_first = max(self.next_first, due)  # blocks that were ready went with the one that they waited for
-        while self.next_first in tallies:
-            self.next_first = self.block_end(self.next_first)
-        if self.next_first < self.samples and len(tallies) <= BLOCKS_AHEAD * len(self.accepted_workers):
-            first, self.next_first = self.next_first, self.block_end(self.next_first)
+        self.next_sample = max(self.next_sample, due)  # blocks that were ready went with the one that they waited for
+        while self.next_sample in tallies:
+            self.next_sample = self.block_end(self.next_sample)
+        if self.next_sample < self.samples and len(tallies) <= BLOCKS_AHEAD * len(self.accepted_workers):
+            first, self.next_sample = self.next_sample, self.block_end(self.next_sample)
             return first
         times = Counter(held_blocks)
         return min((first for first, times in times.items() if first >= due and times == 1), default=None)
@@ -294,7 +294,7 @@ class Fleet:
         except (TimeoutError, OSError, CancelledError) as error:
             if future.status == "error" and first is not None:
                 raise WorkersError(f"worker {worker}: {type(error).__name__}: {error}") from None
-            self.looked_at = 0.0  # it went away with what was ready
+            self.last_look_at = 0.0  # it went away with what was ready
             self.take_block_back(first)
         except Exception as error:  # noqa: BLE001 - whatever goes wrong on another machine
             problem = f"{type(error).__name__}: {error}"
@@ -303,7 +303,7 @@ class Fleet:
             self.judge_worker(worker, [f"it cannot run this pidcfg: {problem}"])
         else:
             if first is None:
-                self.judge_worker(worker, name_differences(self.own_facts, result))
+                self.judge_worker(worker, name_differences(self.local_facts, result))
             else:
                 yield first, result
 
@@ -312,6 +312,6 @@ class Fleet:
         if differences:
             self.refused_workers[worker] = "; ".join(differences)
             self.remark(f"worker {worker} is left out: {self.refused_workers[worker]}")
-            self.looked_at = 0.0
+            self.last_look_at = 0.0
         else:
             self.accepted_workers.add(worker)

@@ -443,11 +443,11 @@ class ThinnedRecording(Recording):
 
     chosen_steps: list[int] = field(default_factory=list)
     columns: dict[str, array[float]] = field(default_factory=dict)
-    _next: int = 0
+    _next_step: int = 0
 
     def begin(self, names: Sequence[str], steps: int, dt: float) -> None:
         """A run of so many base steps begins."""
-        self.dt, self._rows, self._width, self._next = dt, 0, len(names), 0
+        self.dt, self._rows, self._width, self._next_step = dt, 0, len(names), 0
         self._columns = [(i, name) for i, name in enumerate(names) if self.chosen is None or name in self.chosen]
         self.names = [name for _, name in self._columns]
         count = min(steps, FAN_TIMES)
@@ -456,11 +456,11 @@ class ThinnedRecording(Recording):
 
     def add_rows(self, rows_of_values: Sequence[float], rows: int) -> None:
         """Rows of values, one a base step."""
-        while self._next < len(self.chosen_steps) and self.chosen_steps[self._next] < self._rows + rows:
-            row = (self.chosen_steps[self._next] - self._rows) * self._width
+        while self._next_step < len(self.chosen_steps) and self.chosen_steps[self._next_step] < self._rows + rows:
+            row = (self.chosen_steps[self._next_step] - self._rows) * self._width
             for column, name in self._columns:
                 self.columns[name].append(rows_of_values[row + column])
-            self._next += 1
+            self._next_step += 1
         self._rows += rows
 
     def end(self) -> None:

@@ -126,7 +126,7 @@ class Distribution:
 
 Sizes = tuple[int, int, int, int]
 """How many expectations, standing ones, loops and uncertainties are counted."""
-MAX_WORST = 100
+MAX_WORST_SAMPLES = 100
 """Worst samples that are kept."""
 MAX_REASONS = 5
 """Samples that could not run whose reasons are told."""
@@ -224,7 +224,7 @@ class Tally:
             for distribution, other in zip(row, of_block, strict=True):
                 distribution.append_block(other)
         self.reasons = [*self.reasons, *block.reasons][:MAX_REASONS]
-        self.worst = sorted([*self.worst, *block.worst], key=_worst_first)[:MAX_WORST]
+        self.worst = sorted([*self.worst, *block.worst], key=_worst_key)[:MAX_WORST_SAMPLES]
 
     def _count_verdicts(self, result: SampleResult) -> None:
         """Verdicts and metrics of a sample that ran."""
@@ -250,8 +250,8 @@ class Tally:
     def _keep_worst(self, result: SampleResult) -> None:
         """The worst so far; of two alike the earlier one is worse."""
         self.worst.append(NearLimit(result.sample, result.margin, result.tightest, list(result.numbers)))
-        self.worst.sort(key=_worst_first)
-        del self.worst[MAX_WORST:]
+        self.worst.sort(key=_worst_key)
+        del self.worst[MAX_WORST_SAMPLES:]
 
     def to_json(self) -> dict[str, Any]:
         """As JSON, from which `of_json` makes the same again."""
@@ -269,7 +269,7 @@ class Tally:
         return tally
 
 
-def _worst_first(sample: NearLimit) -> tuple[float, int]:
+def _worst_key(sample: NearLimit) -> tuple[float, int]:
     """The least is the worst."""
     return sample.margin, sample.sample
 
@@ -315,7 +315,7 @@ class Progress:
 
     tally: Tally
     trial: Trial = field(default_factory=Trial)
-    ahead: dict[int, Tally] = field(default_factory=dict)
+    early_blocks: dict[int, Tally] = field(default_factory=dict)
     """Blocks that are ready before an earlier one, by the number of their first sample."""
 
 
@@ -335,7 +335,7 @@ def state_text(progress: Progress, key: str) -> bytes:
             "key": key,
             "tally": progress.tally.to_json(),
             "trial": [progress.trial.samples, progress.trial.digest],
-            "ahead": [block.to_json() for _, block in sorted(progress.ahead.items())],
+            "ahead": [block.to_json() for _, block in sorted(progress.early_blocks.items())],
         }
     )
     return f"{hashlib.sha256(body.encode()).hexdigest()}\n{body}\n".encode()
@@ -346,7 +346,7 @@ def read_state(data: bytes, key: str, job: Job, samples: int) -> Progress:
     try:
         state = _read_document(data, key)
         tally = Tally.of_json(state["tally"])
-        ahead = {block.first: block for block in map(Tally.of_json, state["ahead"]) if block.samples == BLOCK_SAMPLES}
+        blocks = {block.first: block for block in map(Tally.of_json, state["ahead"]) if block.samples == BLOCK_SAMPLES}
         count, digest = int(state["trial"][0]), state["trial"][1]
         too_many = tally.samples > samples
     except StateError:
@@ -359,7 +359,7 @@ def read_state(data: bytes, key: str, job: Job, samples: int) -> Progress:
     trial.run_samples(job, count)
     if trial.digest != digest:
         raise StateError("its first samples come out otherwise here: this machine does not calculate alike")
-    return Progress(tally, trial, ahead)
+    return Progress(tally, trial, blocks)
 
 
 def _read_document(data: bytes, key: str) -> Any:

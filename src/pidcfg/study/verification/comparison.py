@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 
 # --- Fields of neutral loops, and their values on one scale -----------------------------------------------------------
 
-FOLLOWS_PV, NO_FOLLOWING = "setpoint.follows_pv", False
+FOLLOWS_PV_FIELD, NO_FOLLOWING = "setpoint.follows_pv", False
 """A PLC that knows nothing of it lets the set point stay."""
-LABELS = ("name", "description", "pv.unit", "output.unit")
+LABEL_FIELDS = ("name", "description", "pv.unit", "output.unit")
 ACTION = "output_raises_pv"
 """No line excuses another action."""
 FIRST_FIELDS = ("sample_time", "tuning.gain")
@@ -37,7 +37,7 @@ def neutral_values(loop: Loop, other: Loop) -> tuple[dict[str, Any], dict[str, A
     """
     one, two = flatten(loop), flatten(other)
     for values in (one, two):
-        values.setdefault(FOLLOWS_PV, NO_FOLLOWING)
+        values.setdefault(FOLLOWS_PV_FIELD, NO_FOLLOWING)
     two = rescale_output(one, two)
     if loop.tuning.proportional is other.tuning.proportional is False and one[GAIN] and two[GAIN]:
         share = two[GAIN] / one[GAIN]
@@ -183,7 +183,7 @@ def find_differences(
         yield from comparison.compare_setpoint()
     if "mode" in stage.signals:
         modes = [side.modes for side in (one, two)]
-        if not (one.cascades and two.cascades):
+        if not (one.has_cascade and two.has_cascade):
             modes = [[CASCADE_SUBSTITUTES.get(mode, mode) for mode in side] for side in modes]
         yield from comparison.compare_states("mode", *modes)
     if "alarms" in stage.signals:
@@ -454,7 +454,7 @@ D306 = Decision(
 def refused_mode(stage: Stage, trial: Trial, sample: float) -> str:
     """The first mode that a stage asks for and the loop does not go to before the next is asked; empty: none."""
     for mode, first, last in _wanted_modes(stage, sample):
-        mode_here = mode if trial.cascades else CASCADE_SUBSTITUTES.get(mode, mode)
+        mode_here = mode if trial.has_cascade else CASCADE_SUBSTITUTES.get(mode, mode)
         if mode_here not in trial.modes[first:last]:
             return mode
     return ""

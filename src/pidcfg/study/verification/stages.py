@@ -28,7 +28,7 @@ D304 = Decision(
 )
 MAX_GAIN, WANTED_GAIN = 3.0, 2.0
 """Gain of the plant, as a share of the PV's span for the whole output: at most, and where the loop's gain allows it."""
-PER_INTEGRAL, PER_DERIVATIVE, PER_DELAY = 4.0, 0.4, 0.25
+INTEGRAL_CROSSOVER, DERIVATIVE_CROSSOVER, DELAY_CROSSOVER = 4.0, 0.4, 0.25
 """Crossover times integral time, derivative time and the sum of what delays the loop."""
 SMALL_STEP, LARGE_STEP = 0.05, 0.5
 """Steps, as shares of the set point's limits."""
@@ -63,7 +63,7 @@ class Bench:
     """PVs within the limits of the set point and without an alarm."""
     sp_width: float
     """Width of the limits of the set point."""
-    length: float
+    watch_time: float
     """How long a change is watched."""
     settling_time: float
     """How long the loop is left alone in Auto before something happens."""
@@ -75,7 +75,7 @@ class Bench:
     """Of the output, as shares of its range."""
     band_crossing: float = 0.0
     """Within the dead band of both sides: by how much the set point passes the PV before it comes to it."""
-    least_move: float = 0.0
+    min_move: float = 0.0
     """The smallest move of the PV that shows an answer."""
 
     @property
@@ -146,14 +146,14 @@ def dynamics(loop: Loop, sample: float, delay: float, wanted_gain: float) -> tup
     span, width = (float(pair[1] - pair[0]) for pair in (loop.pv.range, loop.output.range))
     ratio = abs(float(tuning.gain)) * span / width or 1.0
     integral, derivative = float(tuning.integral_time), float(tuning.derivative_time)
-    crossover = PER_DELAY / delay
+    crossover = DELAY_CROSSOVER / delay
     if derivative:
-        crossover = min(crossover, PER_DERIVATIVE / derivative)
+        crossover = min(crossover, DERIVATIVE_CROSSOVER / derivative)
     if not tuning.proportional and integral:
         crossover = min(crossover, 1 / integral)
         return crossover, min(crossover * integral / ratio, MAX_GAIN), sample
     if integral:
-        crossover = min(crossover, PER_INTEGRAL / integral)
+        crossover = min(crossover, INTEGRAL_CROSSOVER / integral)
     time = max(integral, 10 * sample, wanted_gain * ratio / crossover)
     gain = min(crossover * time / ratio, MAX_GAIN)
     return gain * ratio / time, gain, time
@@ -307,15 +307,15 @@ MIN_STEP_SAMPLES, MAX_STEP_SAMPLES = 20, 600
 """Samples of which each step lasts."""
 SLOW_CHANGE_TIMES = 4.0
 """Derivative times that a slow change of the PV takes."""
-HALF_STEP = 0.5
+HALF_SAMPLE = 0.5
 """Samples by which a slow change goes beyond the set point, so that a dead band's crossing falls between two."""
 STEP_SHARE, STEP_SAMPLES = 0.47, 20
 """Of the way to a limit of the output, what a step takes that is to be answered at once, and how long it lasts."""
-FAR_SHARE, WOUND_SHARE = 0.9, 1.2
+FAR_PV_SHARE, WINDUP_SHARE = 0.9, 1.2
 """Of the way to an end of the PV's range, and of the output's range, what an integral is wound up by there."""
-NEAR_LIMIT = 0.015
+LIMIT_ZONE = 0.015
 """Of the way between both limits, from where an output that moves slowly comes to a limit."""
-BACK_SHARE, BACK_SAMPLES = 0.1, 60
+RETURN_SHARE, RETURN_SAMPLES = 0.1, 60
 """Of the output's range, what the error makes that brings it back from a limit, and for how many samples."""
 MIN_BAND_MOVES = 5
 """Smallest moves of the PV in a dead band from which on its width can be told."""
@@ -358,7 +358,7 @@ def _pv_step_stage(b: Bench, loop: Loop, other: Loop) -> Stage:
     size = min(OUTPUT_SHARE * room / (gain * (1 + max(kick, windup))), max(MAX_PV_STEP, STEP_BANDS * band))
     down = low > high + MIN_WAY_SHARE or low < MIN_WAY_SHARE
     if gain * MIN_STEP_BANDS * band > room:  # from the other limit there is more room
-        b = replace(b, rest_out=b.limits[1 if down else 0] + (-NEAR_LIMIT if down else NEAR_LIMIT))
+        b = replace(b, rest_out=b.limits[1 if down else 0] + (-LIMIT_ZONE if down else LIMIT_ZONE))
         size = max(size, TRANSFER_BANDS * band)
         down = not down
     else:
@@ -380,7 +380,7 @@ def _pv_ramp_stage(b: Bench, loop: Loop, other: Loop) -> Stage:
     size = min(OUTPUT_SHARE * max(low, high) / (gain * (1 + 1 / SLOW_CHANGE_TIMES + windup)), MAX_PV_STEP) * b.span
     size = _visible_move(b, size)
     rate = b.sign * size * (1.0 if high >= low else -1.0) / (ramp * b.sample)
-    overrun = HALF_STEP if loop.deadband or other.deadband else 0.0  # at the set point itself the last digit decides
+    overrun = HALF_SAMPLE if loop.deadband or other.deadband else 0.0  # at the set point itself the last digit decides
     times = [k * b.sample for k in (0, ramp, ramp + hold, 2 * ramp + hold)]
     loads = (-rate, 0.0, rate * (1 + overrun / ramp), 0.0)
     acts = tuple(Act(at, load=load) for at, load in zip(times, loads, strict=True))
@@ -402,7 +402,7 @@ def _move_within_range(b: Bench, by: float) -> float:
 
 def _visible_move(b: Bench, size: float) -> float:
     """A move of the PV that no rounding hides, where a loop with a large gain would answer a smaller one."""
-    return max(size, b.least_move)
+    return max(size, b.min_move)
 
 
 def _nearer_limit(b: Bench) -> float:
@@ -432,21 +432,21 @@ def _limit_stages(b: Bench, loop: Loop) -> Iterator[Stage]:
     """The PV far away until the integral is beyond the range of the output, and a little to the other side."""
     gain, integral = _gain_share(b, loop), float(loop.tuning.integral_time)
     for name, sign in (("high", 1.0), ("low", -1.0)):
-        by = -b.sign * sign * FAR_SHARE * (b.rest_pv - b.low if b.sign * sign > 0 else b.high - b.rest_pv)
+        by = -b.sign * sign * FAR_PV_SHARE * (b.rest_pv - b.low if b.sign * sign > 0 else b.high - b.rest_pv)
         each = gain * abs(by) / b.span * b.sample / integral if integral else 1.0
-        far = min(max(ceil(WOUND_SHARE / each), MIN_STEP_SAMPLES), MAX_STEP_SAMPLES) * b.sample
-        back = b.sign * sign * _visible_move(b, min(BACK_SHARE / gain, SMALL_STEP) * b.span)
-        acts = (Act(0.0, pv_offset=by), Act(far, pv_offset=back), Act(far + BACK_SAMPLES * b.sample, pv_offset=0.0))
+        far = min(max(ceil(WINDUP_SHARE / each), MIN_STEP_SAMPLES), MAX_STEP_SAMPLES) * b.sample
+        back = b.sign * sign * _visible_move(b, min(RETURN_SHARE / gain, SMALL_STEP) * b.span)
+        acts = (Act(0.0, pv_offset=by), Act(far, pv_offset=back), Act(far + RETURN_SAMPLES * b.sample, pv_offset=0.0))
         title = f"into the {name} limit of the output and back"
         low, high = b.limits
-        near = replace(b, rest_out=high - NEAR_LIMIT * (high - low) if sign > 0 else low + NEAR_LIMIT * (high - low))
-        yield _make_sweep(near, f"{name} limit", title, acts, far + 2 * BACK_SAMPLES * b.sample, CLOSED_LOOP)
+        near = replace(b, rest_out=high - LIMIT_ZONE * (high - low) if sign > 0 else low + LIMIT_ZONE * (high - low))
+        yield _make_sweep(near, f"{name} limit", title, acts, far + 2 * RETURN_SAMPLES * b.sample, CLOSED_LOOP)
 
 
 def _deadband_stages(b: Bench, loop: Loop, other: Loop) -> Iterator[Stage]:
     """The PV just inside of the dead band and just outside; one of few counts is too coarse for it."""
     gain, integral = _gain_share(b, loop), float(loop.tuning.integral_time)
-    bands = dict.fromkeys(float(x) for x in (loop.deadband, other.deadband) if x > MIN_BAND_MOVES * b.least_move)
+    bands = dict.fromkeys(float(x) for x in (loop.deadband, other.deadband) if x > MIN_BAND_MOVES * b.min_move)
     for i, band in enumerate(bands):
         each = gain * band / b.span * b.sample / integral if integral else 1.0
         hold = min(max(ceil(DRIFT_SHARE / each), MIN_STEP_SAMPLES), MAX_STEP_SAMPLES // 4) * b.sample
@@ -591,9 +591,9 @@ def _start_stage(b: Bench, loop: Loop, *, in_cascade: bool) -> Stage:
     first = min(max(first, b.limits[0]), b.limits[1])
     title, load = "from Program to Run", b.load_for(pv, first)
     if loop.mode == "cascade":
-        return Stage("start", title, (), b.length, signals=frozenset(("mode",)), pv=pv, load=load, with_master=True)
+        return Stage("start", title, (), b.watch_time, signals=frozenset(("mode",)), pv=pv, load=load, with_master=True)
     begin = 3 * b.slowest_sample if b.slowest_sample > b.sample or in_cascade else 0.0
-    return Stage("start", title, (), b.length, begin, pv=pv, load=load)
+    return Stage("start", title, (), b.watch_time, begin, pv=pv, load=load)
 
 
 def _cascade_stage(b: Bench) -> Stage:
@@ -652,7 +652,7 @@ def _automatic_stage(b: Bench) -> Stage:
         "auto",
         "Auto",
         acts,
-        b.manual_time + b.length / 2,
+        b.manual_time + b.watch_time / 2,
         b.manual_time - b.sample,
         CLOSED_LOOP,
         pv,
@@ -663,20 +663,20 @@ def _automatic_stage(b: Bench) -> Stage:
 
 def _small_step_stage(b: Bench) -> Stage:
     act = Act(0.0, setpoint=b.rest_pv + SMALL_STEP * b.sp_width)
-    return settled_stage(b, "step 5 %", "a step of the set point of 5 % of its limits", (act,), b.length)
+    return settled_stage(b, "step 5 %", "a step of the set point of 5 % of its limits", (act,), b.watch_time)
 
 
 def _large_step_stage(b: Bench) -> Stage:
     acts = (
         Act(0.0, setpoint=b.rest_pv + LARGE_STEP / 2 * b.sp_width),
-        Act(b.length / 2, setpoint=b.rest_pv - LARGE_STEP / 2 * b.sp_width),
+        Act(b.watch_time / 2, setpoint=b.rest_pv - LARGE_STEP / 2 * b.sp_width),
     )
-    return settled_stage(b, "step 50 %", "a step of the set point of 50 % of its limits", acts, b.length * 1.5)
+    return settled_stage(b, "step 50 %", "a step of the set point of 50 % of its limits", acts, b.watch_time * 1.5)
 
 
 def _disturbance_stage(b: Bench) -> Stage:
     act = Act(0.0, load=_disturbance_load(b))
-    return settled_stage(b, "disturbance", "a load that takes 30 % of what the output can do", (act,), b.length)
+    return settled_stage(b, "disturbance", "a load that takes 30 % of what the output can do", (act,), b.watch_time)
 
 
 def _disturbance_load(b: Bench) -> float:
@@ -697,4 +697,4 @@ def _setpoint_limit_stage(b: Bench) -> Stage:
 
 def _sensor_stage(b: Bench) -> Stage:
     acts = (Act(0.0, sensor_lost=True), Act(5 * b.sample, sensor_lost=False))
-    return replace(settled_stage(b, "sensor", "the sensor lost and back", acts, b.length), loses_sensor=True)
+    return replace(settled_stage(b, "sensor", "the sensor lost and back", acts, b.watch_time), loses_sensor=True)

@@ -89,7 +89,7 @@ class Rules:
     """Ticks between two calculations of the PV's filter; 0: it is worked out with the samples."""
 
     @classmethod
-    def of(cls, side: Side, i: int, operation: Operation) -> Rules:
+    def of_side(cls, side: Side, i: int, operation: Operation) -> Rules:
         """Those of a loop of a PLC that calculates as ``side`` does."""
         plc = new_plc(side, (i,))
         task = getattr(getattr(side.config, "plc", None), "sample_time", None)
@@ -125,7 +125,7 @@ class State(bits.State):
     error_sign: float = 0.0
     has_crossed: int = 0
     """The PV has crossed the set point since it came into the dead band."""
-    goal: int = 0
+    goal_mode: int = 0
     """The mode that the loop is brought to after its start; 0: it is there."""
     goal_sp: float = 0.0
 
@@ -320,7 +320,7 @@ def switch_mode(config: Config, state: State) -> None:
     """The requested mode takes effect, or is refused."""
     mode, operation = state.wanted_mode, config.rules.operation
     if is_refused(config, state, mode):
-        if not state.goal:
+        if not state.goal_mode:
             state.wanted_mode = MANUAL
             state.pending &= ~(REQUEST | bits.MANUAL_SET | SP_SET)
         return
@@ -349,15 +349,15 @@ def waits_for_slave(i: int, configs: Sequence[Config], states: Sequence[State]) 
     """Whether a slave is still on its way to Cascade, where a master goes to Manual without one."""
     if configs[i].rules.operation.master is not Master.MANUAL or not states[i].status & MANUAL:
         return False
-    return any(config.master == i and state.goal == CASCADE for config, state in zip(configs, states, strict=True))
+    return any(config.master == i and state.goal_mode == CASCADE for config, state in zip(configs, states, strict=True))
 
 
 def approach_goal(state: State) -> None:
     """A loop that waits in Manual after its start is brought to its mode, as an operator would."""
-    if state.status & state.goal:
-        state.goal, state.sp = 0, state.goal_sp
+    if state.status & state.goal_mode:
+        state.goal_mode, state.sp = 0, state.goal_sp
     else:
-        state.wanted_mode = state.goal if state.status & AUTO else AUTO
+        state.wanted_mode = state.goal_mode if state.status & AUTO else AUTO
         state.pending |= REQUEST
 
 
@@ -400,7 +400,7 @@ def sample(i: int, configs: list[Config], states: list[State], signals: list[flo
     config, state = configs[i], states[i]
     operation = config.rules.operation
     measure_pv(config, state, signals[config.in_slot])
-    if state.goal and not waits_for_slave(i, configs, states):
+    if state.goal_mode and not waits_for_slave(i, configs, states):
         approach_goal(state)
     if state.pending & REQUEST:
         goes_to_cascade = state.wanted_mode == CASCADE and not state.status & CASCADE
@@ -482,7 +482,7 @@ class StandInPlc(Generic):
         if operation.zero is Zero.OF_RANGE and (state.ki > 0.0 or not state.bias):
             state.integral = config.out_low
         if operation.start is not Start.RUNS and not state.status & MANUAL:
-            state.goal, state.goal_sp = state.status & MODES, state.sp
+            state.goal_mode, state.goal_sp = state.status & MODES, state.sp
             state.status = (state.status & ~MODES) | MANUAL
             state.wanted_mode = MANUAL
             self._begin_manual(loop)
@@ -500,7 +500,7 @@ class StandInPlc(Generic):
 
     def request(self, loop: int, mode: str) -> None:
         """A mode for the next sample, in the place of the one that the configuration gives."""
-        self.states[loop].goal = 0
+        self.states[loop].goal_mode = 0
         super().request(loop, mode)
 
     def set(self, loop: int, path: tuple[str, ...], value: Any, signals: MutableSequence[float]) -> str | None:

@@ -322,7 +322,7 @@ class Trial:
     modes: Sequence[str]
     period: float
     """Between two calculations of the loop, in s."""
-    cascades: bool
+    has_cascade: bool
     """Whether the loop has a master and the PLC a mode for cascade; else Cascade is Auto with another set point."""
     alarms: Mapping[str, Sequence[bool]]
     """By the name that all sides have for them."""
@@ -466,7 +466,7 @@ def _alarm_by_sample(report: LoopReport, name: str, count: int, sample: float) -
 
 # --- The moves of a stage: smaller ones, and set points that both sides can hold ------------------------------------
 
-SMALLER_SHARE = 0.987
+SMALLER_MOVES_SHARE = 0.987
 """Of a stage's moves, with which it is gone through again."""
 
 
@@ -474,7 +474,7 @@ def smaller_moves(stage: Stage, b: Bench, step: float) -> Stage:
     """The stage with everything moved by less from where it rests; ``step``: of its set points, 0: any."""
 
     def shrink(value: float | None, rest: float) -> float | None:
-        return None if value is None else rest + SMALLER_SHARE * (value - rest)
+        return None if value is None else rest + SMALLER_MOVES_SHARE * (value - rest)
 
     acts = tuple(
         replace(

@@ -21,10 +21,10 @@ from pidcfg.schemas.generic import GenericFile, Loop
 from pidcfg.study.verification.comparison import (
     ACTION,
     DERIVATIVE_TIME,
-    FOLLOWS_PV,
+    FOLLOWS_PV_FIELD,
     GAIN,
     INTEGRAL_TIME,
-    LABELS,
+    LABEL_FIELDS,
     differing_fields,
     neutral_values,
 )
@@ -48,7 +48,7 @@ if TYPE_CHECKING:
 MANUAL_OUTPUT = "output.manual"
 """Acts in a loop that starts in Manual, and in no other."""
 PROPORTIONAL = "tuning.proportional"
-SAID_TOLERANCE = Decimal("1e-4")
+SAME_TOLERANCE = Decimal("1e-4")
 """Share by which a number may differ from the one that its line says."""
 LINE_TOLERANCE = Decimal(5)
 """How much more than a line's own error a value may be off, where the line says it in another unit; in errors, and in
@@ -66,11 +66,11 @@ PLC_DETAILS = (
 """What is so with a PLC, whatever a file says, and too little for a line of a report."""
 NO_WIDTH = Decimal(0)
 PERCENT = (Decimal(0), Decimal(100))
-ALARMS = "alarms."
+ALARMS_PREFIX = "alarms."
 """Points that a PLC with one switch for a whole group has, too, where they do least."""
 POSITION_FIELDS = {"output.limits": "output", "output.bias": "output", "setpoint.": "pv", "alarms.pv.": "pv"}
 """Neutral fields that are positions on a range."""
-ENDS = ("0", "1")
+END_STEPS = ("0", "1")
 """Last steps of the paths of a range or of limits."""
 
 
@@ -134,14 +134,18 @@ def _reported_fields(
     one, two = neutral_values(loop, other)
     own = flatten(other) if other.output.range == PERCENT else two
     for path in differing_fields(one, two):
-        if path == ACTION or path in LABELS:
+        if path == ACTION or path in LABEL_FIELDS:
             continue
         rows = [row for row in changes if row.kind != "exact" and _is_about(row, path, neutral_by_key)]
         section = "pv" if path.startswith("setpoint") else "output"
         is_end = "limits" in path and two.get(path) in {one.get(f"{section}.range.0"), one.get(f"{section}.range.1")}
         width = _range_width(path, one)
         row = next(
-            (row for row in rows if is_end or _is_said(path, one.get(path), two.get(path), own.get(path), row, width)),
+            (
+                row
+                for row in rows
+                if is_end or _is_listed(path, one.get(path), two.get(path), own.get(path), row, width)
+            ),
             None,
         )
         if row is not None:
@@ -157,7 +161,7 @@ def _acts_alike(one: Mapping[str, Any], two: Mapping[str, Any]) -> bool:
         (gain * two[INTEGRAL_TIME], other * one[INTEGRAL_TIME]),
         (gain * one[DERIVATIVE_TIME], other * two[DERIVATIVE_TIME]),
     )
-    return abs(other) < abs(gain) and all(abs(a - b) <= SAID_TOLERANCE * max(abs(a), abs(b)) for a, b in pairs)
+    return abs(other) < abs(gain) and all(abs(a - b) <= SAME_TOLERANCE * max(abs(a), abs(b)) for a, b in pairs)
 
 
 def _is_about(row: Change, path: str, neutral_by_key: Mapping[str, Sequence[str]]) -> bool:
@@ -165,7 +169,7 @@ def _is_about(row: Change, path: str, neutral_by_key: Mapping[str, Sequence[str]
     return not row.field.startswith(PREFIX) and any(do_overlap(path, name) for name in names)
 
 
-def _is_said(path: str, before: Any, after: Any, own: Any, row: Change, width: Decimal = NO_WIDTH) -> bool:
+def _is_listed(path: str, before: Any, after: Any, own: Any, row: Change, width: Decimal = NO_WIDTH) -> bool:
     """Whether a target's value is the one that a line of the report says.
 
     ``own``: on the target's scale, which a line about a rounded number never excuses; ``width``: of the scale that a
@@ -173,12 +177,12 @@ def _is_said(path: str, before: Any, after: Any, own: Any, row: Change, width: D
     """
     one, two = number_of(before), number_of(after)
     if row.terms is not None and row.terms.field == path:
-        return two is not None and abs(two - row.terms.held) <= SAID_TOLERANCE * max(abs(two), abs(row.terms.held))
+        return two is not None and abs(two - row.terms.held) <= SAME_TOLERANCE * max(abs(two), abs(row.terms.held))
     is_said = _is_target(two, row) or (row.kind != "rounded" and _is_target(number_of(own), row))
     if not isinstance(after, bool | str) and two is not None and one is not None:
         most = (LINE_TOLERANCE * Decimal(row.error_percent) + MIN_ERROR) / 100
         is_near = abs(two - one) <= most * max(abs(one), abs(two), width)
-        is_dropped = row.kind == "dropped" and (path.startswith(ALARMS) or _is_as_not_given(path, after))
+        is_dropped = row.kind == "dropped" and (path.startswith(ALARMS_PREFIX) or _is_default(path, after))
         return is_near or is_said or is_dropped
     if two is None or one is None:
         return is_said or (not two and row.kind == "dropped")
@@ -188,19 +192,19 @@ def _is_said(path: str, before: Any, after: Any, own: Any, row: Change, width: D
 def _range_width(path: str, values: Mapping[str, Any]) -> Decimal:
     """The width of the range that a position is on; 0 for what is no position."""
     section = next((name for kind, name in POSITION_FIELDS.items() if path.startswith(kind)), None)
-    ends = [number_of(values.get(f"{section}.range.{end}")) for end in ENDS]
+    ends = [number_of(values.get(f"{section}.range.{end}")) for end in END_STEPS]
     return abs(ends[1] - ends[0]) if ends[0] is not None and ends[1] is not None else NO_WIDTH
 
 
 def _is_target(value: Decimal | None, row: Change) -> bool:
     """Whether a line says this number for the target."""
     held = number_of(row.target)
-    return held is not None and value is not None and abs(held - value) <= SAID_TOLERANCE * max(abs(held), abs(value))
+    return held is not None and value is not None and abs(held - value) <= SAME_TOLERANCE * max(abs(held), abs(value))
 
 
-def _is_as_not_given(path: str, value: Any) -> bool:
+def _is_default(path: str, value: Any) -> bool:
     """Whether a neutral value is what a loop has that does not give it."""
-    return not value if path == FOLLOWS_PV else bool(value == default_of(Loop, path))
+    return not value if path == FOLLOWS_PV_FIELD else bool(value == default_of(Loop, path))
 
 
 def replace_fields(loop: Loop, values: Mapping[str, Any]) -> Loop:
@@ -210,7 +214,7 @@ def replace_fields(loop: Loop, values: Mapping[str, Any]) -> Loop:
     data = loop.model_dump(exclude_none=True)
     for path, value in values.items():
         *parents, last = path.split(".")
-        if last in ENDS:
+        if last in END_STEPS:
             section, pair = parents
             section_data = data[section]
             ends = list(section_data.get(pair) or section_data.get("range") or data["pv"]["range"])
@@ -258,7 +262,7 @@ def _find_answer(rule: str, text: Any) -> Answer | None:
 
 UNFIT_ERRORS = (ArithmeticError, ConvertError, DecodeError, EncodeError, LookupError, TypeError, ValueError)
 """What a configuration without one of its keys may raise on the way to its registers."""
-CONDITION = "when"
+CONDITION_KEY = "when"
 """The key that says when an entry of a list is carried out."""
 
 
@@ -283,8 +287,8 @@ def _drop_key(config: Any, vendor: Vendor, i: int, key: str) -> Any:
         return config
     entry = value_at(config, path)
     try:
-        if isinstance(path[-1], int) and CONDITION in getattr(type(entry), "model_fields", {}):
-            changed = replace_value(config, (*path, CONDITION), value=False)  # a copy that is never made
+        if isinstance(path[-1], int) and CONDITION_KEY in getattr(type(entry), "model_fields", {}):
+            changed = replace_value(config, (*path, CONDITION_KEY), value=False)  # a copy that is never made
         else:
             owner = value_at(config, path[:-1])
             row = type(owner).model_fields[str(path[-1])]
@@ -323,7 +327,7 @@ def replace_value(model: Any, path: Path, *, value: Any) -> Any:
 # ----------------------------------------------------------------------------------------------------------------------
 # Which key of the other side explains a difference: among the neutral fields that differ, the one that acts on it.
 
-RANGES = ("pv.range", "output.range")
+RANGE_FIELDS = ("pv.range", "output.range")
 """Of which gains and limits are shares in some PLCs; another range of the output is often but another scale."""
 CONTROL_FIELDS = (
     "pv.range",
@@ -334,7 +338,7 @@ CONTROL_FIELDS = (
     "deadband",
     "anti_windup",
     "setpoint.limits",
-    FOLLOWS_PV,
+    FOLLOWS_PV_FIELD,
     "output.",
 )
 FIELDS_OF_SIGNALS: Mapping[str, Sequence[str]] = {
@@ -351,13 +355,13 @@ FIELDS_AT_LIMITS = ("output_raises_pv", "output.limits", "anti_windup")
 """Those first in the stages at the limits of the output."""
 FIELDS_AT_START = ("mode", "setpoint.value", "output.manual", "output.bias")
 """Those that act as configured at the start alone: elsewhere the battery sets what they say."""
-NEAR_LIMIT = 0.002
+LIMIT_ZONE = 0.002
 """Of its range: an output so near to a limit stands at it."""
 MATERIAL_SHARE = 0.005
 """From which difference on a number explains anything: a share of it, or of the range of the PV or the output."""
 
 
-def key_of(difference: SignalDifference, loop: Loop, side: Side, j: int, reported: Iterable[str] = ()) -> str:
+def explaining_key(difference: SignalDifference, loop: Loop, side: Side, j: int, reported: Iterable[str] = ()) -> str:
     """The key of the other side that explains a difference; empty where none is known.
 
     ``reported``: neutral fields of which the report says that they differ.
@@ -392,8 +396,8 @@ def _explaining_fields(difference: SignalDifference, loop: Loop, other: Loop, re
     """The neutral fields that may explain a difference of two loops, the likeliest first."""
     one, two = neutral_values(loop, other)
     if difference.signal in {"pv", "output", "setpoint"}:
-        two |= {path: value for path, value in flatten(other).items() if path.startswith(RANGES)}
-    ignored = {*LABELS, *(() if difference.stage == "start" else FIELDS_AT_START)}
+        two |= {path: value for path, value in flatten(other).items() if path.startswith(RANGE_FIELDS)}
+    ignored = {*LABEL_FIELDS, *(() if difference.stage == "start" else FIELDS_AT_START)}
     if not loop.tuning.integral_time:
         ignored.discard("output.bias")
     if "manual" not in {loop.mode, other.mode}:
@@ -456,7 +460,7 @@ def _stands_at_a_limit(difference: SignalDifference, loop: Loop, other: Loop) ->
 def _is_limit(loop: Loop, share: float) -> bool:
     """Whether an output, as a share of its range, is one of a loop's limits."""
     low, high = loop.output.range
-    return any(abs(float((limit - low) / (high - low)) - share) < NEAR_LIMIT for limit in loop.output.limits or ())
+    return any(abs(float((limit - low) / (high - low)) - share) < LIMIT_ZONE for limit in loop.output.limits or ())
 
 
 def is_material(field: str, one: Mapping[str, Any], two: Mapping[str, Any]) -> bool:

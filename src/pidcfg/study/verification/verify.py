@@ -22,7 +22,7 @@ from pidcfg.sim.engine.run import UnusableError
 from pidcfg.study.verification.comparison import (
     ACTION,
     COUNT_TOLERANCE,
-    LABELS,
+    LABEL_FIELDS,
     LIMIT_DISTANCE,
     MEAN_SAMPLES,
     RESPONSE_TOLERANCE,
@@ -52,12 +52,12 @@ from pidcfg.study.verification.trial import (
     smaller_moves,
 )
 from pidcfg.study.verification.twin import (
-    ALARMS,
+    ALARMS_PREFIX,
     ReportLine,
     drop_losses,
+    explaining_key,
     field_of,
     is_material,
-    key_of,
     replace_fields,
     reported_loops,
 )
@@ -139,7 +139,7 @@ def make_reference(side: Side, i: int, other: Loop, step: float = 0.0, *, in_cas
         bench = replace(bench, rest_pv=nearest_step(bench.rest_pv, bench.low, step, bench.high))
     count, _ = analog_counts(new_plc(side, (i,)), i)
     fine = side.rules[i].pv_count if isinstance(side, StandIn) else finest_counts(new_plc(side, (i,)), i)[0]
-    bench = replace(bench, least_move=max(VISIBLE_COUNTS * fine, VISIBLE_SHARE * max(abs(bench.low), abs(bench.high))))
+    bench = replace(bench, min_move=max(VISIBLE_COUNTS * fine, VISIBLE_SHARE * max(abs(bench.low), abs(bench.high))))
     stages = tuple(stages_of(bench, loop, other, count, in_cascade=in_cascade or len(cascade) > 1))
     if step:
         stages = tuple(round_setpoints(stage, bench.low, step, bench.high) for stage in stages)
@@ -260,10 +260,10 @@ class Battery:
             return
         yield from find_differences(stage, self.reference.run_trial(stage), trial, self.reference.bench, self.tolerance)
 
-    def key_of(self, difference: SignalDifference, lines: Sequence[ReportLine] = ()) -> str:
+    def find_key(self, difference: SignalDifference, lines: Sequence[ReportLine] = ()) -> str:
         """The key of the other side that explains what ``lines`` of the report do not; empty where none does."""
         reported = {line.neutral for line in lines} - {"", ACTION}
-        return key_of(difference, self.reference.loop, self.side, self.j, reported)
+        return explaining_key(difference, self.reference.loop, self.side, self.j, reported)
 
 
 # --- What the battery found: of each loop the differences that nothing explains, and those that a line names ----------
@@ -360,7 +360,7 @@ def _before_and_after(
 # A conversion is held against the twin of its source. Two files without a report are held against each other: of one
 # vendor they run the same algorithm on the same numbers, so that nothing but a count of rounding is excused.
 
-Configured = tuple["Vendor", Any]
+VendorConfig = tuple["Vendor", Any]
 """A vendor and a configuration of it."""
 SHOWN_STAGES = ("step 5 %", "disturbance")
 """The stages that pictures and figures are of."""
@@ -386,8 +386,8 @@ class Sides:
 
 
 def verify(  # noqa: PLR0913
-    source: Configured,
-    target: Configured,
+    source: VendorConfig,
+    target: VendorConfig,
     pairs: Sequence[tuple[int, int]],
     report: Sequence[LoopReport] = (),
     names: tuple[str, str] = ("source", "result"),
@@ -415,8 +415,8 @@ def verify(  # noqa: PLR0913
 
 
 def _make_judge(
-    source: Configured,
-    target: Configured,
+    source: VendorConfig,
+    target: VendorConfig,
     pairs: Sequence[tuple[int, int]],
     report: Sequence[LoopReport],
     names: tuple[str, str],
@@ -428,8 +428,8 @@ def _make_judge(
 
 
 def _make_sides(
-    source: Configured,
-    target: Configured,
+    source: VendorConfig,
+    target: VendorConfig,
     pairs: Sequence[tuple[int, int]],
     report: Sequence[LoopReport],
     names: tuple[str, str],
@@ -443,9 +443,13 @@ def _make_sides(
     reduced_config = drop_losses(before, source_vendor, report)
     reduced = first if reduced_config is before else make_side(source_vendor, reduced_config)
     source_rules, places = source_of(source_vendor).operations(reduced.config), dict(pairs)
-    rules = [None if loop is None else Rules.of(reduced, i, source_rules[i]) for i, loop in enumerate(reduced.loops)]
+    rules = [
+        None if loop is None else Rules.of_side(reduced, i, source_rules[i]) for i, loop in enumerate(reduced.loops)
+    ]
     target_rules = [
-        None if loop is None else Rules.of(*((second, places[i]) if i in places else (first, i)), reported.rules[i])
+        None
+        if loop is None
+        else Rules.of_side(*((second, places[i]) if i in places else (first, i)), reported.rules[i])
         for i, loop in enumerate(reported.loops)
     ]
     stand_ins = make_stand_in(reduced.loops, rules), make_stand_in(reported.loops, target_rules)
@@ -466,7 +470,7 @@ def _judge_loop(sides: Sides, i: int, j: int, *, is_exact: bool) -> VerifiedLoop
         pv, output = finest_counts(new_plc(sides.source, (i,)), i)
         tolerance = Tolerance(0.0, CountSizes(pv, output), CountSizes(pv, output), pv, output)
     battery, lines = Battery(reference, sides.target, j, tolerance), sides.lines.get(i, ())
-    failures = [Failure(difference, battery.key_of(difference, lines)) for difference in battery.find_differences()]
+    failures = [Failure(difference, battery.find_key(difference, lines)) for difference in battery.find_differences()]
     original, named_differences = reference, list[NamedDifference]()
     if sides.source_model is not None and sides.reduced_source is not None:
         original = replace(reference, side=sides.source, trials={})
@@ -475,12 +479,12 @@ def _judge_loop(sides: Sides, i: int, j: int, *, is_exact: bool) -> VerifiedLoop
         tolerance = tolerance_of(sides.source_model, i, sides.reduced_source, i, reference.bench)
         trials = original if sides.reduced_source is sides.source else None
         first = Battery(model_reference, sides.reduced_source, i, tolerance, trials)
-        failures += [Failure(difference, first.key_of(difference)) for difference in first.find_differences()]
+        failures += [Failure(difference, first.find_key(difference)) for difference in first.find_differences()]
     result = _make_result(sides, i, reference, original, battery, failures, named_differences)
     if not isinstance(tested_side, StandIn):
         return result
     switched = tuple(line.change for line in lines)
-    unsaid_failures = map(Failure, chain(unsaid_numbers(tested_side.loop(i), other), unsaid_rules(sides, i, j)))
+    unsaid_failures = map(Failure, chain(unreported_numbers(tested_side.loop(i), other), unreported_rules(sides, i, j)))
     result = replace(result, failures=(*result.failures, *unsaid_failures))
     return replace(result, switched=switched, hidden=tuple(hidden_fields(reference, tested_side, i)))
 
@@ -527,24 +531,24 @@ RULE_FIELDS = ("anti_windup", "mode", "setpoint.source", "output.manual", "outpu
 """Neutral fields that another PLC has in another form: rules, links and what a loop begins with, which stages show."""
 
 
-def unsaid_numbers(loop: Loop, other: Loop) -> Iterator[SignalDifference]:
+def unreported_numbers(loop: Loop, other: Loop) -> Iterator[SignalDifference]:
     """The numbers and choices of a result that no line makes other ones; ``loop``: the source as the report has it.
 
     They are told whatever the stages show: a gain that drives the output from limit to limit hides in all of them, and
     a range that is not the transmitter's acts on the plant alone.
     """
     one, two = neutral_values(loop, other)
-    idle_fields = {*LABELS, *RULE_FIELDS, *_without_effect(loop, other)}
+    idle_fields = {*LABEL_FIELDS, *RULE_FIELDS, *_without_effect(loop, other)}
     for path in differing_fields(one, two):
         before, after = one.get(path), two.get(path)
-        is_lost = after is None and path.startswith(ALARMS)
+        is_lost = after is None and path.startswith(ALARMS_PREFIX)
         if before is None or path in idle_fields or (after is None and not is_lost):
             continue
         if is_lost or is_material(path, one, two):
             yield SignalDifference(NUMBERS_STAGE, path, 0.0, _plain_value(before), _plain_value(after), ())
 
 
-def unsaid_rules(sides: Sides, i: int, j: int) -> Iterator[SignalDifference]:
+def unreported_rules(sides: Sides, i: int, j: int) -> Iterator[SignalDifference]:
     """The rules of a result that no line names; the integral that a report has as lost has none of its own."""
     if not isinstance(sides.target_model, StandIn):
         return
@@ -643,15 +647,15 @@ def _make_result(  # noqa: PLR0913, PLR0917
     )
 
 
-def _first(one: Trial, _: Trial) -> Trial:
+def _first_trial(one: Trial, _: Trial) -> Trial:
     return one
 
 
-def _second(_: Trial, two: Trial) -> Trial:
+def _second_trial(_: Trial, two: Trial) -> Trial:
     return two
 
 
-SIDES = (_first, _second)
+SIDES = (_first_trial, _second_trial)
 
 # --- Both sides of a ``diff`` in the battery: their verdicts and charts, loop over loop -------------------------------
 
