@@ -597,7 +597,7 @@ def test_what_a_stage_does_on_another_bench(bench, changes, differ):
 
 PLANT = {
     "low": 0, "high": 200, "sample": 1, "gain": 400, "time_constant": 256, "dead_time": 1, "rest_out": 0.5,
-    "rest_pv": 90, "alarm_free_range": (30, 150), "sp_width": 160, "length": 160, "settling_time": 80,
+    "rest_pv": 90, "alarm_free_range": (30, 150), "sp_width": 160, "watch_time": 160, "settling_time": 80,
     "manual_time": 24, "slowest_sample": 1, "limits": (0, 1), "band_crossing": 2.0, "min_move": 0.0,
 }  # fmt: skip
 """The bench of the loop L: it crosses over at 1/16 rad/s, a quarter of 1 in 2 samples and the filter of 2 s."""
@@ -609,13 +609,13 @@ PLANT = {
         ((), (), 0.0, {}),
         ((), (), 5.0, {"manual_time": 40, "slowest_sample": 5}),
         ((), [("filter: 2", "filter: 6")], 0.0,
-         {"time_constant": 512, "length": 320, "settling_time": 160, "manual_time": 72}),
+         {"time_constant": 512, "watch_time": 320, "settling_time": 160, "manual_time": 72}),
         ([("e: 5, derivative_filter: 1", "e: 50")], (), 0.0,
-         {"time_constant": 2000, "length": 800, "settling_time": 400}),
+         {"time_constant": 2000, "watch_time": 800, "settling_time": 400}),
         ((), [("derivative_filter: 1", "derivative_filter: 3")], 0.0, {"manual_time": 36}),
         (
             [("me: 1, mode", "me: 2, mode")], (), 0.0,
-            {"sample": 2, "dead_time": 2, "time_constant": 384, "length": 240, "settling_time": 120,
+            {"sample": 2, "dead_time": 2, "time_constant": 384, "watch_time": 240, "settling_time": 120,
              "slowest_sample": 2},
         ),
         (
@@ -623,14 +623,14 @@ PLANT = {
             (),
             0.0,
             {"sample": 2, "dead_time": 2, "slowest_sample": 2, "gain": 600, "time_constant": 20, "rest_out": 0,
-             "length": 1600, "settling_time": 800},
+             "watch_time": 1600, "settling_time": 800},
         ),
-        ([("l_time: 30, d", "l_time: 300, d")], (), 0.0, {"time_constant": 1200, "length": 750, "settling_time": 375}),
-        ([("l_time: 30, d", "l_time: 100, d")], (), 0.0, {"time_constant": 400, "length": 250, "settling_time": 125}),
+        ([("l_time: 30, d", "l_time: 300, d")], (), 0.0, {"time_constant": 1200, "watch_time": 750, "settling_time": 375}),
+        ([("l_time: 30, d", "l_time: 100, d")], (), 0.0, {"time_constant": 400, "watch_time": 250, "settling_time": 125}),
         ([("l_time: 30, d", "l_time: 30, proportional: false, d")], (), 0.0,
-         {"gain": 25, "time_constant": 1, "length": 300, "settling_time": 150}),
+         {"gain": 25, "time_constant": 1, "watch_time": 300, "settling_time": 150}),
         ([("gain: 2, integral_time: 30, d", "gain: 0.01, integral_time: 30, d")], (), 0.0,
-         {"gain": 600, "time_constant": 30, "length": 800, "settling_time": 400}),
+         {"gain": 600, "time_constant": 30, "watch_time": 800, "settling_time": 400}),
         ([("limits: [20, 180]", "limits: [60, 120]")], (), 0.0, {"alarm_free_range": (60, 120), "sp_width": 60}),
         ([(", limits: [20, 180]", "")], (), 0.0, {"sp_width": 200}),
         ([("low: 30, high: 150", "low_low: 10, low: 44, high: 160, high_high: 190")], (), 0.0,
@@ -643,9 +643,9 @@ PLANT = {
         ([("output_raises_pv: true, sample_time: 1, mode", "output_raises_pv: false, sample_time: 1, mode")], (), 0.0,
          {"gain": -400}),
         ([("filter: 2}", "filter: 0}")], (), 0.0,
-         {"time_constant": 200, "length": 125, "settling_time": 63, "manual_time": 12}),
+         {"time_constant": 200, "watch_time": 125, "settling_time": 63, "manual_time": 12}),
         ([("filter: 2}", "filter: 0}"), ("derivative_filter: 1", "derivative_filter: 0")], (), 0.0,
-         {"time_constant": 200, "length": 125, "settling_time": 63, "manual_time": 6}),
+         {"time_constant": 200, "watch_time": 125, "settling_time": 63, "manual_time": 6}),
     ],
 )  # fmt: skip
 def test_the_bench_fits_the_loop(changes, other, slowest, differ):
