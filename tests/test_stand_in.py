@@ -66,7 +66,7 @@ def differences(source, operation=None):
     """Where a configuration and its stand-in differ, with the rules of its PLC or with others."""
     side = make_side(source.vendor, source.config)
     own = source_of(source.vendor).operations(source.config)[0]
-    held = make_stand_in(side.loops, [Rules.of_side(side, 0, operation or own)])
+    held = make_stand_in(side.loops, [Rules.make(side, 0, operation or own)])
     reference = make_reference(held, 0, side.loop(0))
     tolerance = tolerance_of(held, 0, side, 0, reference.bench)
     yield from Battery(reference, side, 0, tolerance).find_differences()

@@ -89,7 +89,7 @@ class Rules:
     """Ticks between two calculations of the PV's filter; 0: it is worked out with the samples."""
 
     @classmethod
-    def of_side(cls, side: Side, i: int, operation: Operation) -> Rules:
+    def make(cls, side: Side, i: int, operation: Operation) -> Rules:
         """Those of a loop of a PLC that calculates as ``side`` does."""
         plc = new_plc(side, (i,))
         task = getattr(getattr(side.config, "plc", None), "sample_time", None)

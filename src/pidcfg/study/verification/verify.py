@@ -443,13 +443,9 @@ def _make_sides(
     reduced_config = drop_losses(before, source_vendor, report)
     reduced = first if reduced_config is before else make_side(source_vendor, reduced_config)
     source_rules, places = source_of(source_vendor).operations(reduced.config), dict(pairs)
-    rules = [
-        None if loop is None else Rules.of_side(reduced, i, source_rules[i]) for i, loop in enumerate(reduced.loops)
-    ]
+    rules = [None if loop is None else Rules.make(reduced, i, source_rules[i]) for i, loop in enumerate(reduced.loops)]
     target_rules = [
-        None
-        if loop is None
-        else Rules.of_side(*((second, places[i]) if i in places else (first, i)), reported.rules[i])
+        None if loop is None else Rules.make(*((second, places[i]) if i in places else (first, i)), reported.rules[i])
         for i, loop in enumerate(reported.loops)
     ]
     stand_ins = make_stand_in(reduced.loops, rules), make_stand_in(reported.loops, target_rules)
