@@ -352,10 +352,72 @@ def test_a_counter_may_count_any_number_of_cycles(cycles, time):
     assert read_st('(* plc: {"sample_time": 0.1} *)' + body(gate)).settings[0].get("sample_time") == time
 
 
-@pytest.mark.parametrize("cycles", ["0", "BOOL#1", "2.0", "T#2s"])
-def test_a_counter_of_no_cycles_is_none(cycles):
-    with pytest.raises(ListingError, match="Y is not counted as in"):
-        read_st(body(f"IF Y = 0 THEN A(PV := X); END_IF Y := (Y + 1) MOD {cycles};"))
+GATE = "IF Y = 0 THEN A(PV := X); END_IF"
+COUNT = "Y := (Y + 1) MOD 4;"
+NOT_COUNTED = r"Y is not counted as in Y := \(Y \+ 1\) MOD 5"
+INSIDE = "[AB] is called inside another statement"
+
+
+@pytest.mark.parametrize(
+    ("statements", "says"),
+    [
+        *((f"{GATE} Y := (Y + 1) MOD {cycles};", NOT_COUNTED) for cycles in ("0", "BOOL#1", "2.0", "T#2s")),
+        *(
+            (f"{GATE} Y := {value};", NOT_COUNTED)
+            for value in (
+                "(Y + 2) MOD 4",
+                "(Y - 1) MOD 4",
+                "(1 + Y) MOD 4",
+                "Y + 1 MOD 4",
+                "(X + 1) MOD 4",
+                "(Y + 1) * 4",
+            )
+        ),
+        (f"{COUNT} {GATE}", NOT_COUNTED),
+        (f"{GATE} {COUNT} {COUNT}", NOT_COUNTED),
+        (f"Y := 0; {GATE} {COUNT}", NOT_COUNTED),
+        (f"{GATE} {COUNT} IF Z THEN Y := 0; END_IF", NOT_COUNTED),
+        (f"{GATE} {COUNT} CASE Y OF 2: Y := 3; END_CASE", NOT_COUNTED),
+        (f"{GATE} {COUNT} FOR Y := 1 TO 3 DO ; END_FOR", NOT_COUNTED),
+        (f"{GATE} {COUNT} Foo(Q => Y);", NOT_COUNTED),
+        (f"{GATE} {COUNT} B(PV := Y);", NOT_COUNTED),
+        (f"{GATE} {COUNT} X := Y;", NOT_COUNTED),
+        (f"{GATE} {COUNT} IF Y = 2 THEN B.Manual := Z; END_IF B(PV := X);", NOT_COUNTED),
+        (f"{GATE} {COUNT} {GATE.replace('A', 'B')}", INSIDE),
+        *(
+            (f"IF {gate} THEN {calls} END_IF {COUNT}", INSIDE)
+            for gate, calls in (
+                ("Y = 1", "A(PV := X);"),
+                ("Y <> 0", "A(PV := X);"),
+                ("0 = Y", "A(PV := X);"),
+                ("Y = 0 AND Z", "A(PV := X);"),
+                ("X = 0", "A(PV := X);"),
+                ("Q = 0", "A(PV := X);"),
+                ("Z", "A(PV := X);"),
+                ("Y = 0", "A(PV := X); B(PV := X);"),
+                ("Y = 0", "A(PV := X); A(PV := X);"),
+                ("Y = 0", "A(PV := X); A.SP := 5.0;"),
+                ("Y = 0", "A(PV := X); X := 1.0;"),
+                ("Y = 0", "X := 1.0; A(PV := X);"),
+                ("Y = 0", "A(PV := X); ELSE ;"),
+                ("Y = 0", "IF Z THEN ; END_IF; A(PV := X);"),
+            )
+        ),
+    ],
+)
+def test_a_loop_that_is_called_otherwise_than_in_every_nth_cycle_is_refused(statements, says):
+    for plc in ("", '(* plc: {"sample_time": 0.1} *)'):
+        with pytest.raises(ListingError, match=says):
+            read_st(plc + body(statements))
+
+
+@pytest.mark.parametrize("initial", ["", " := 0"])
+def test_a_loop_of_every_nth_cycle_may_be_assigned_before_its_call_and_its_counter_begins_with_0(initial):
+    text = body(f"IF Y = 0 THEN A.SP := 5.0; A(PV := X); END_IF {COUNT}").replace("Y : INT", f"Y : INT{initial}")
+    assert (read_st(text).settings[0]["cycles"], read_st(text).words["A.SP"]) == (4, 5.0)
+    for other in ("1", "(A := 1)"):
+        with pytest.raises(ListingError, match="Y counts the cycles of A, and must begin with 0"):
+            read_st(body(f"{GATE} {COUNT}").replace("Y : INT", f"Y : INT := {other}"))
 
 
 def test_two_loops_may_share_a_counter():
@@ -446,6 +508,10 @@ def test_names_that_read_like_truths_stay_names():
         ),
         ("A(PV := TIME_TO_REAL(T#5s));", (4, 9), "write TIME_TO_REAL(…) / 1000.0, since a configuration has s"),
         ("A(PV := TIME_TO_REAL(T));", (4, 9), "TIME_TO_REAL gives ms; write TIME_TO_REAL(…) / 1000.0"),
+        ("A(PV := X + );", (4, 11), "a number or a name is missing before 'the end of the expression'"),
+        ("A(PV := B);", (4, 9), "B is no variable that the program declares, and no parameter"),
+        ("A(PV := B.ErrBits.KX);", (4, 11), "PIDA_REAL has no parameter ErrBits.KX; did you mean ErrBits.Kp?"),
+        ("B.ErrBits.Kp := Z;", (4, 3), "PIDA_REAL has no input parameter ErrBits.Kp"),
         ("A(PV := S);", (2, 1), "S is read by a block, and is neither a number nor a TIME nor a BOOL"),
         ("A(PV := T#5s);", (4, 9), "A.PV: T#5s is not a value of REAL; numbers are in s"),
         ("A(Tfd := TIME#100ms);", (4, 10), "numbers are in s"),
@@ -546,6 +612,97 @@ def test_declarations_that_are_refused(variables, says):
     with pytest.raises(ListingError, match=re.escape(says)) as error:
         read_st(body("A();", variables))
     assert error.value.line >= 1
+
+
+@pytest.mark.parametrize(
+    ("text", "wire"),
+    [
+        ("TIME_TO_REAL(T) / 1000.0", "T"),
+        ("ABS(X) / 1000.0", "abs(X) / 1000"),
+        ("(X) / 1000.0", "X / 1000"),
+        ("X + TIME_TO_REAL(T) / 1000.0", "X + T"),
+        ("TIME_TO_REAL(T) / 1000.0 - X", "T - X"),
+        ("TIME_TO_REAL(T) / 1000.0 * X", "T * X"),
+        ("X < 1.0", None),
+        ("X * TIME_TO_REAL(T) / 1000.0", None),
+        ("TIME_TO_REAL(T) / 100.0", None),
+        ("TIME_TO_REAL(T) * 1000.0", None),
+    ],
+)
+def test_a_time_counts_in_seconds_where_it_is_divided_by_1000(text, wire):
+    program = body(f"A(PV := {text});", "T : TIME;")
+    if wire is None:
+        with pytest.raises(ListingError):
+            read_st(program)
+    else:
+        assert read_st(program).words["A.PV"] == Wire(wire)
+
+
+@pytest.mark.parametrize("name", ["X", "B.MV", "B.ErrBits.Kp"])
+def test_what_is_no_time_does_not_count_in_seconds(name):
+    kind = "BOOL" if "Bits" in name else "REAL"
+    with pytest.raises(ListingError, match=f"^{name} is {kind}; a TIME is wanted$") as error:
+        read_st(body(f"A(PV := X + TIME_TO_REAL({name}) / 1000.0);"))
+    assert (error.value.line, error.value.column) == (4, 26)
+
+
+@pytest.mark.parametrize(("before", "levels"), [("A", 100), ("L", 99)])
+def test_a_hundred_levels_of_nesting_are_read_a_conversion_among_them(before, levels):
+    conversion = "REAL_TO_INT" if before == "L" else ""
+    for count, fits in ((levels, True), (levels + 1, False)):
+        inside = f"{'(' * count}X{')' * count}"
+        text = body(f"{before}(PV := {f'{conversion}({inside})' if conversion else inside});", "L : PIDA_INT;")
+        with nullcontext() if fits else pytest.raises(ListingError, match="more than 100 levels of nesting"):
+            assert read_st(text).words[f"{before}.PV"] == Wire("X")
+
+
+def test_an_expression_of_a_thousand_parts_is_the_longest():
+    assert read_st(body(f"A(PV := -X{'+X' * 499});")).words["A.PV"] == Wire("-X" + "+X" * 499)
+    with pytest.raises(ListingError, match="longer than 1000 characters"):
+        read_st(body(f"A(PV := X{'+X' * 500});"))
+
+
+@pytest.mark.parametrize(
+    ("name", "hint"), [("Levl", "; did you mean Level?"), ("B", ""), ("Level.X", ""), ("Something", "")]
+)
+def test_a_name_that_means_nothing_is_told_with_the_nearest_variable(name, hint):
+    with pytest.raises(ListingError) as error:
+        read_st(body(f"A(PV := {name});", "Level : REAL;"))
+    assert str(error.value) == f"{name} is no variable that the program declares, and no parameter{hint}"
+
+
+@pytest.mark.parametrize(
+    ("variables", "statements", "name"),
+    [
+        ("P : ControlPWM;", "P(MV := X, Period := Y);", "P.Period"),
+        ("M1, M2 : REAL;", "ControlSplitRange(MV := X, Mode := Y, MV1 => M1, MV2 => M2);", "SplitRange_1.Mode"),
+        ("L : PIDA_TUNE_REAL;", "L.AutoTuneParam.Mode := Y; L(PV := X);", "L.AutoTuneParam.Mode"),
+    ],
+)
+def test_a_parameter_that_chooses_something_takes_a_literal(variables, statements, name):
+    said = f"{name}( takes a literal, and cannot be wired|: Y is none of AUTOTUNE_P, AUTOTUNE_PI, AUTOTUNE_PID)$"
+    with pytest.raises(ListingError, match=said) as error:
+        read_st(body(statements, variables))
+    assert error.value.line == 4
+
+
+@pytest.mark.parametrize(
+    ("text", "says", "place"),
+    [
+        ("L : ARRAY [1..2] OF PIDA_REAL;", "L: instances of PIDA_REAL are declared one by one", (2, 5)),
+        ("L : ControlSelectMax;", "ControlSelectMax is a function, which has no instance", (2, 5)),
+        ("L : REAL; l : INT;", "l is declared again", (2, 11)),
+        ('(* loop: {"loop": "A", "type": "PIDA_REAL"} *)' * 2, "A stands here again", (2, 47)),
+        ('(* loop: {"block": "Ö", "type": 1} *)', 'names no block of the library: {"block": "Ö", "type": 1}', (2, 1)),
+        ('(* loop: {"loop": "C", "type": "PIDA_REAL"} *)', "C is not declared", (2, 1)),
+        ('(* loop: {"block": "N__1", "type": "ControlSelectMax"} *)', "'N__1' is not usable as the name", (2, 1)),
+        ("N__1 : PIDA_REAL;", "'N__1' is not usable as the name", (2, 1)),
+    ],
+)
+def test_a_declaration_or_a_comment_is_refused_at_its_place(text, says, place):
+    with pytest.raises(ListingError, match=re.escape(says)) as error:
+        read_st(body("A(PV := X);", text))
+    assert (error.value.line, error.value.column) == place
 
 
 def test_words_of_an_enumeration_and_structures():
@@ -732,6 +889,19 @@ def test_types_and_functions_beside_the_program_are_named_by_line():
     assert "lines 1, 2, 8" in " ".join(found.notes)
 
 
+UNITS = ("CONFIGURATION", "RESOURCE", "CLASS", "INTERFACE", "METHOD", "PROPERTY", "ACTION", "NAMESPACE")
+
+
+@pytest.mark.parametrize("first", [f"{unit} X" for unit in UNITS] + ["PROGRAM P END_PROGRAM", "PROGRAM P"])
+def test_a_file_is_one_program_and_nothing_around_it(first):
+    last = "PROGRAM" if first.startswith("PROGRAM") else first.split()[0]
+    with pytest.raises(
+        ListingError, match=f"{last}: a file holds one PROGRAM, with its variables and statements"
+    ) as error:
+        read_st(f"{first}\nPROGRAM Q END_PROGRAM")
+    assert error.value.line == (2 if first.startswith("PROGRAM") else 1)
+
+
 def test_a_block_of_the_library_in_a_function_block_is_refused():
     with pytest.raises(ListingError, match="PIDA_REAL stands in a FUNCTION_BLOCK") as error:
         read_st("FUNCTION_BLOCK F VAR I : PIDA_REAL; END_VAR I(); END_FUNCTION_BLOCK\n" + changed_body("A();"))
@@ -742,6 +912,12 @@ def test_names_of_lists_of_global_variables_may_stand_before_them():
     found = read_st(LISTS + changed_body("GVL.L(SP := gvl.Target, PV := X); GVL.L.Kp := 2.0;\nA(SP := GVL.L.MV);"))
     assert (found.words["L.SP"], found.words["A.SP"]) == (Wire("Target"), Wire("L.MV"))
     assert found.plc["moves"] == [{"move": 2.0, "to": "L.Kp"}]
+
+
+@pytest.mark.parametrize("name", ["Box.GVL.Target", "Box.Box.GVL.Target"])
+def test_a_member_that_is_called_like_a_list_is_none(name):
+    with pytest.raises(ListingError, match=f"{name} is no variable that the program declares"):
+        read_st(LISTS + changed_body(f"GVL.L(SP := {name}, PV := GVL.Target);"))
 
 
 @pytest.mark.parametrize(
@@ -784,7 +960,11 @@ def token(text):
         ("16#FF", 255),
         ("INT#16#fF", 255),
         ("2#101", 5),
+        ("8#17", 15),
+        ("UDINT#8#17", 15),
         ("BOOL#1", True),
+        ("BOOL#0", False),
+        ("BOOL#true", True),
         ("BOOL#FALSE", False),
         ("T#1m30s", Decimal(90)),
     ],

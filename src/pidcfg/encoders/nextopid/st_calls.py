@@ -552,8 +552,9 @@ class Calls:
 
     def sample_times(self, plc: Mapping[str, object]) -> None:
         """The intervals of the loops that are not called in every cycle; they must agree with the comments."""
+        used_otherwise = {*self.scope.assigned_variables, *self.scope.used_variables}
         for item, place in self.counted_loops:
-            if place.upper not in self.cycles_by_counter or place.upper in self.scope.assigned_variables:
+            if place.upper not in self.cycles_by_counter or place.upper in used_otherwise:
                 raise place.error(f"{place.text} is not counted as in {place.text} := ({place.text} + 1) MOD 5")
             item.cycles = self.cycles_by_counter[place.upper]
         task = _time_seconds(plc.get("sample_time"))

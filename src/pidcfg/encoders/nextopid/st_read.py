@@ -76,8 +76,8 @@ def read_source(source: Source, task: tuple[Decimal, Token] | None = None) -> Li
     reader = _Reader(scope, calls, listing)
     reader.initial_values()
     reader.call_values()
-    calls.sample_times(listing.plc)
     moves = Moves(scope, calls, takes_all=has_settings).read_entries()
+    calls.sample_times(listing.plc)
     signals = list(scope.find_signals(takes_all=has_settings))
     words, lines = listing.words, listing.lines
     listing.words, listing.lines, listing.shown_addresses = {}, {}, {}
