@@ -326,7 +326,11 @@ def test_a_plc_without_parameters_that_a_map_could_name():
         ("R1,holding,,uint16", (1, 12), r"holding 0 is what references call 40001"),
         (",holding,0,uint16", (1, 1), "names no symbol"),
         ("D0,holding,0,uint16", (1, 1), "no register of this vendor, which has R1 to R65535, S1"),
-        ("R1,register,0,uint16", (1, 4), "no table; write coil, discrete, holding, input"),
+        ("R1,Registers,0,uint16", (1, 4), "^'Registers' is no table; write coil, discrete, holding, input"),
+        ("DF1,holding,0,float32,sideways", (1, 23), "'sideways' is no order; write low-first or high-first"),
+        ("R1,holding,0,uint16\nsymbol,table,register,type", (2, 8), "'table' is no table"),
+        ("device,table,register", (1, 1), "'device' is none of the columns"),
+        ("R1,holding,00,uint16", (1, 12), "00 may be a number or a reference; write 0 or 0"),
         ("R1,none", (1, 4), "cannot be without"),
         ("R1,none,5", (1, 4), "but the row says more"),
         ("R1,holding,x,uint16", (1, 12), "no register; write 0 to 65535"),
@@ -426,8 +430,23 @@ def test_how_a_map_may_be_written():
     spread = ("\ufeff# map", '"# a, comment",,', "Type;Symbol;Order;Register;Table;Comment;;", ";;;", "")
     (other,) = read_map_rows("\r\n".join((*spread[:3], 'Float32;DF1;;0x9c41;Holding;"a;b"', *spread[3:])))
     assert other._replace(line=1, columns={}) == row._replace(columns={})
-    (quoted,) = read_map_rows('"DF1","holding","0x9C41","float32","",""')
-    assert quoted._replace(columns={}) == row._replace(columns={})
+    for text in ('"DF1","holding","0x9C41","float32","",""', "DF1,holding,0x9C41,float32,,,,,,"):
+        (quoted,) = read_map_rows(text)
+        assert quoted._replace(columns={}) == row._replace(columns={})
+    (named,) = read_map_rows('"the ""first"" one",holding,0,uint16')
+    assert named.symbol == 'the "first" one'
+
+
+def test_switches_behind_that_of_a_row_go_on_in_the_next_register():
+    (row,) = read_map_rows("M0,holding,40.3,bool")
+    places = {steps: (row.place(steps).register, row.place(steps).bit) for steps in (0, 1, 12, 13, 28, 29)}
+    assert places == {0: (40, 3), 1: (40, 4), 12: (40, 15), 13: (41, 0), 28: (41, 15), 29: (42, 0)}
+    (coil,) = read_map_rows("M0,coil,40,bool")
+    assert [(coil.place(steps).register, coil.place(steps).bit) for steps in (0, 1, 17)] == [
+        (40, None),
+        (41, None),
+        (57, None),
+    ]
 
 
 @pytest.mark.parametrize(

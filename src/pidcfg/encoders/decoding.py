@@ -414,7 +414,7 @@ class _Reader:
         return True
 
     def _replace_section(self, error: RefusedError) -> bool:
-        """Takes the words and settings of a section that contradict each other from the other side."""
+        """Takes the words of a section that contradict each other from the other side."""
         name, path = self._find_owner(error.path)
         if not path:
             return False
@@ -430,13 +430,7 @@ class _Reader:
                 self.words[address] = self.other_words[address]
             else:
                 del self.words[address]
-        i = next((i for i, entry in enumerate(self.settings) if owner_name(entry) == name), None)
-        if i is None or not has_key(self.settings[i], path):
-            return bool(addresses)
-        entry = self.settings[i]
-        return self._replace_setting(
-            (name, dotted_text(path)), entry, self._other_settings(entry, i), path, error
-        ) or bool(addresses)
+        return bool(addresses)
 
     def _find_owner(self, path: Path) -> tuple[str, Path]:
         """The loop or block that a place of the configuration is in, and the rest of the place."""

@@ -115,7 +115,7 @@ class Row(NamedTuple):
 
     def error_in(self, cell: str, message: str) -> MapError:
         """The error of one of its cells."""
-        return MapError(message, self.line, self.columns.get(cell, 1))
+        return MapError(message, self.line, self.columns[cell])
 
 
 def place_text(place: Place) -> str:
@@ -156,8 +156,7 @@ def _split_cells(content: str, separator: str, line: int) -> Iterator[tuple[str,
     position = 0
     while (match := cell.match(content, position)) is not None:
         text = match["text"].strip()
-        is_quoted = len(text) > 1 and text[0] == text[-1] == '"'
-        yield text[1:-1].replace('""', '"').strip() if is_quoted else text, match.start("text") + 1
+        yield text[1:-1].replace('""', '"').strip() if text.startswith('"') else text, match.start("text") + 1
         position = match.end()
         if not match["end"]:
             return

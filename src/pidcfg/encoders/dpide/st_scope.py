@@ -26,6 +26,7 @@ from pidcfg.encoders.structured_text import (
     Cursor,
     Declaration,
     Token,
+    name_of,
     number_of,
     read_declarations,
     read_statement,
@@ -192,9 +193,7 @@ def units_of(text: str) -> tuple[list[Unit], list[Comment], list[int]]:
 def _read_unit(cursor: Cursor) -> Unit:
     """A program or a function block up to its end."""
     head = cursor.take_token()
-    name = cursor.take_token()
-    if name.kind != NAME:
-        raise name.error(f"a name is missing after {head.text}, before {name.text!r}")
+    name = name_of(cursor, head.text)
     unit, end = Unit(head.upper, name), f"END_{head.upper}"
     while cursor.next_token.upper != end:
         if cursor.next_token.kind == END or cursor.next_token.upper in UNIT_KEYWORDS:
