@@ -181,6 +181,11 @@ def test_a_character_that_a_nickname_may_not_have_is_refused(name):
         NICKNAMES.write(image_of({**LOOP, "name": name}), ())
 
 
+def test_a_nickname_that_would_begin_like_those_of_the_system_is_refused():
+    with pytest.raises(UnwritableError, match=r"loop _T1: the nickname '_T1_\w+' begins with _, which CLICK keeps"):
+        NICKNAMES.write(image_of({**LOOP, "name": "_T1"}), ())
+
+
 def test_names_that_differ_in_case_only_are_refused():
     with pytest.raises(UnwritableError, match="whose case CLICK ignores"):
         NICKNAMES.write(image_of(LOOP, {**SECOND, "name": "tank1"}), ())
@@ -189,8 +194,10 @@ def test_names_that_differ_in_case_only_are_refused():
 def test_a_unit_of_several_lines_or_pages_spoils_no_comment():
     rows = rows_of(NICKNAMES.write(image_of({**LOOP, "pv": {"range": [0, 1], "unit": 'a "b"\n c'}}), ()))
     assert rows["DF101"].endswith(',"Setpoint (SP), a ""b"" c"')
-    rows = rows_of(NICKNAMES.write(image_of({**LOOP, "pv": {"range": [0, 1], "unit": "x" * 200}}), ()))
-    assert rows["DF101"].endswith(',"Setpoint (SP)"')
+    room = 128 - len("Setpoint (SP), ")  # CLICK takes comments of 128 characters
+    for length, comment in ((room, f"Setpoint (SP), {'x' * room}"), (room + 1, "Setpoint (SP)")):
+        rows = rows_of(NICKNAMES.write(image_of({**LOOP, "pv": {"range": [0, 1], "unit": "x" * length}}), ()))
+        assert rows["DF101"].endswith(f',"{comment}"')
 
 
 def test_a_unit_comes_back_from_comments_that_are_all_ours():
@@ -554,6 +561,69 @@ def test_a_nickname_of_the_system_that_is_a_loops_too_hides_no_row_of_the_loop(f
         rows = [f'{system},{name},0,No,""\n', *own] if first else [*own, f'{system},{name},0,No,""\n']
         merged, report = NICKNAMES.merge(image, "".join((head, *rows)))
         assert (merged, report[0]) == ("".join((head, *rows)), f"created 0, already there: {len(own)}")
+
+
+def test_what_is_odd_about_rows_of_others_is_told_in_their_order_and_what_has_no_address_first():
+    rows = (
+        'Y001,INT,"Start",0,Maybe,""',
+        'X002,BIT,"start",0,No,""',
+        ',HEX,"",0,No,""',
+        'SC1,BIT,"_Always_ON",0,No,""',
+        'SC2,BIT,"_Always_ON",0,No,""',
+        'X002,BIT,"",0,No,""',
+        ',HEX,"",0,No,""',
+    )
+    odd = "Y001 is of type BIT, but the file says 'INT', X002 has the nickname of Y001, X002 stands here again"
+    note = f"rows that no loop uses are left as they are: 2 without an address (lines 4 to 8), {odd} (D990)"
+    assert NICKNAMES.read("\n".join((HEAD, *rows))).notes[0] == note
+
+
+@pytest.mark.parametrize("empty", ["", ",,,,,", '"","","","","",""'])
+def test_lines_without_anything_stay_where_they_are(empty):
+    image = image_of(LOOP)
+    head, *own = NICKNAMES.write(image, ()).splitlines()
+    users = "".join(f"{line}\n" for line in (head, *own[:3], empty, *own[3:], empty, empty))
+    assert NICKNAMES.merge(image, users) == (users, (f"created 0, already there: {len(own)}",))
+
+
+@pytest.mark.parametrize(("action", "renewed"), [("direct", False), ("reverse", True)])
+def test_an_initial_value_that_is_missing_is_0(action, renewed):
+    image = image_of({**LOOP, "action": action})
+    users = NICKNAMES.write(image, ()).replace(f'DirectReverse",{int(renewed)},', 'DirectReverse",,')
+    merged, report = NICKNAMES.merge(image, users)
+    assert (merged != users) == renewed
+    assert [line for line in report if "renewed" in line] == (
+        ["initial value renewed: TANK1_SEL_DirectReverse (C110), 0 to 1"] if renewed else []
+    )
+
+
+def test_only_rows_with_an_initial_value_say_what_a_register_holds():
+    rows = (
+        'DS1,INT,"a",5,Yes,""',
+        'DS2,INT,"b",,Yes,""',
+        'DF1,FLOAT,"c",0,Yes,""',
+        'C1,BIT,"d",,No,""',
+        'DH1,HEX,"e",7,No,""',
+    )
+    listing = NICKNAMES.read("\n".join((HEAD, *rows)))
+    assert {SPACE.name(number): raw for number, raw in listing.words.items()} == {"DS1": 5, "DF1": 0}
+    assert listing.lines == {SPACE.parse("DS1"): 2, SPACE.parse("DF1"): 4}
+
+
+def test_a_nickname_is_a_loops_in_its_own_bank_and_behind_a_name():
+    """DF alone has a gain (_P), C alone an action."""
+    rows = ('C50,BIT,"L_SEL_DirectReverse",1,No,""', 'DS50,INT,"L_P",1,Yes,""', 'DF50,FLOAT,"_P",1,Yes,""')
+    others = ('C60,BIT,"_SEL_DirectReverse",1,No,""', 'DS60,INT,"M_SEL_DirectReverse",1,No,""')
+    assert NICKNAMES.read("\n".join((HEAD, *rows, *others))).settings == ({"loop": "L", "bits": "C41"},)
+
+
+@pytest.mark.parametrize("count", [2, 3, 4])
+def test_three_nicknames_that_agree_are_taken_for_those_of_a_loop_without_its_action(count):
+    rows = [line for line in NICKNAMES.write(image_of(LOOP), ()).splitlines() if line.startswith("DF")]
+    (note,) = NICKNAMES.read("\n".join((HEAD, *rows[:count]))).notes
+    assert note.startswith(
+        f"TANK1: {count} nicknames are those of a loop" if count > 2 else "no nickname of the list is"
+    )
 
 
 @pytest.mark.parametrize(("count", "lines"), [(1, "line 2"), (2, "lines 2 to 3"), (3, "lines 2 to 4")])

@@ -11,13 +11,13 @@ from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 from dl06_strategies import configurations, loop_words
-from pidcfg.encoders.codecs import DecodeError
+from pidcfg.encoders.codecs import Bcd, DecodeError
 from pidcfg.encoders.dl06 import DATA_FORMATS
 from pidcfg.encoders.dl06.files import FORMATS, checklist
 from pidcfg.encoders.dl06.image import decode, encode, mode_of
 from pidcfg.encoders.listing import ListingError, detect_kind
 from pidcfg.encoders.maps.dl06 import FORMATS as FORMATS_OF_DATA
-from pidcfg.encoders.maps.dl06 import LOOP_TABLE, RAMP_SOAK_PAIR, SETUP_WORDS
+from pidcfg.encoders.maps.dl06 import LOOP_TABLE, LOOP_TABLES, RAMP_SOAK_PAIR, SETUP_WORDS
 from pidcfg.schemas.dl06 import Dl06File
 from pidcfg.text.source import read_document
 from pidcfg.text.writer import yaml_text
@@ -356,6 +356,57 @@ def test_a_table_of_zeros_and_an_address_in_octal_digits_are_told():
         decode({0o7640: 0x2000, 0o7641: 1, **table})
     with pytest.raises(DecodeError, match=r"V2040 of loop 1$"):
         decode({0o7640: 0o2040, 0o7641: 1, **table})
+
+
+NO_LOOP = "V7641 is 0: the PLC calculates no loop"
+ONE_DECIMAL = "the reset words are read with 1 decimal (decision D01); --reset-decimals 2 reads them with two"
+
+
+@pytest.mark.parametrize(
+    ("changes", "options", "notes"),
+    [
+        ({}, {}, []),
+        ({}, {"reset_decimals": 1}, []),
+        ({0o2051: 0x0001}, {}, [ONE_DECIMAL]),
+        ({0o2051: 0x0001}, {"reset_decimals": 1}, []),
+        ({0o2051: 0x0001}, {"reset_decimals": 2}, []),
+        ({0o7642: 0x0004}, {}, ["V7642 0004: the PLC's error flags of the set-up are not carried over"]),
+        ({0o7641: 0x0000}, {"number_of_loops": 2}, [NO_LOOP]),
+        ({0o7641: 0x0000}, {}, [f"{NO_LOOP}; --number-of-loops reads the table all the same"]),
+        (
+            {0o7641: 0x000A},
+            {"number_of_loops": 2},
+            ["V7641 is no BCD number: the PLC sets bit 2 of V7642 and calculates no loop (D53)"],
+        ),
+    ],
+)
+def test_what_the_set_up_of_a_listing_says_is_told(changes, options, notes):
+    assert [*decode({**words({}, {}), **changes}, options=options).notes] == notes
+
+
+@pytest.mark.parametrize(("word", "stated"), [(2, None), (1, 1), (0, 0), (8, 8), (0x12, 12), (0x000A, None)])
+def test_a_number_of_loops_that_is_not_that_of_the_file_is_kept(word, stated):
+    data = decode({**words({}, {}), 0o7641: word}, options={"number_of_loops": 2}).data
+    assert data["plc"].get("number_of_loops") == stated
+
+
+OFF_CODES = {
+    **dict.fromkeys(("sample_rate", "gain", "rate", "filter", "derivative_gain_limit", "slope", "soak"), (0,)),
+    "reset": (0, 9999),
+}
+"""Digits of the manual that mean something else than their number."""
+
+
+@pytest.mark.parametrize("decimals", LOOP_TABLES)
+def test_each_bcd_word_has_the_off_codes_of_the_manual(decimals):
+    codecs = {
+        word.name: getattr(word.codec, "bcd", word.codec)
+        for table in (LOOP_TABLES[decimals], RAMP_SOAK_PAIR)
+        for word in table.words
+    }
+    found = {name: codec.off for name, codec in codecs.items() if isinstance(codec, Bcd)}
+    assert found == OFF_CODES
+    assert codecs["reset"].decimals == decimals
 
 
 def test_a_missing_word_is_named():

@@ -564,9 +564,19 @@ def test_an_external_variable_is_the_global_one(programs):
         (by_name()[:-2], "has no end", (1, 1)),
         (f"IF M1\n{by_name()} END_IF;", "unexpected ';'", (2, 321)),
         (f"PROGRAM A\n{by_name()}", "PROGRAM A has no END_PROGRAM", (1, 1)),
+        (f"PROGRAM\n; {by_name()}\nEND_PROGRAM", "a name is missing after PROGRAM, before ';'", (2, 1)),
+        (
+            f"FUNCTION_BLOCK 5 {by_name()}\nEND_FUNCTION_BLOCK",
+            "a name is missing after FUNCTION_BLOCK, before '5'",
+            (1, 16),
+        ),
+        (f"PROGRAM A\nPROGRAM B {by_name()}\nEND_PROGRAM END_PROGRAM", "PROGRAM A has no END_PROGRAM", (1, 1)),
+        (f"TYPE A : INT;\n{by_name()}", "TYPE has no END_TYPE", (1, 1)),
+        (f"RETAIN {by_name()}", "RETAIN stands here without its beginning", (1, 1)),
         (f"END_VAR {by_name()}", "END_VAR stands here without its beginning", (1, 1)),
         ("(* open\n" + by_name(), "the comment that begins here with (* has no end", (1, 1)),
         (f"VAR a AT %MD5 : REAL; END_VAR {by_name()}", "%MD5 is no device of the PLC; write it like D100", (1, 10)),
+        (f"VAR a AT Q0.5 : BOOL; END_VAR {by_name()}", "Q0.5 is no device of the PLC; write it like D100", (1, 10)),
         (f"VAR a, A : REAL; END_VAR {by_name()}", "A is declared again", (1, 8)),
         (f"VAR a : INT; END_VAR\n{by_name(SV='a')}", "SV is REAL; a is declared as INT in line 1", (2, 29)),
         (f"VAR a : REAL; END_VAR\n{by_name(CYCLE='a')}", "CYCLE is DINT or DWORD; a is declared as REAL", (2, 109)),
@@ -595,6 +605,36 @@ def test_what_cannot_be_read_is_refused_with_its_place(text, message, place):
     error = refused(text)
     assert message in str(error)
     assert place is None or (error.line, error.column) == place
+
+
+@pytest.mark.parametrize(
+    ("operand", "tokens", "message"),
+    [
+        ("SV", ("a", "*", "2"), "a*2 is an expression; an operand of DPIDE is a number, a symbol or a device"),
+        ("PV", ("a", "*", "2"), "a*2 is an expression; an operand of DPIDE is a symbol or a device"),
+        ("PV", ("-", "5.0"), "the process writes it, so that it cannot be -5.0"),
+        ("MV", ("-", "5.0"), "the instruction writes it, so that it cannot be -5.0"),
+        ("SV", ("+", "+", "5.0"), "++5.0 has several signs"),
+        ("CYCLE", ("-", "5.5"), "CYCLE is DINT, not -5.5"),
+        ("CYCLE", ("K", "-", "5.0"), "K-5.0: K stands before whole numbers"),
+        ("SV", ("F", "-", "5.0", ".", "5"), "F-5.0.5 is no number"),
+        ("SV", ("-", "TRUE"), "SV is REAL, not -TRUE"),
+        ("PID_DIR", ("-", "TRUE"), "PID_DIR is BOOL, not -TRUE; write TRUE or FALSE"),
+        ("SV", ("a", ".", "b"), "a.b is an expression"),
+        ("PID_DIR", ("X0", ".", "16"), "PID_DIR is BOOL: X0.16 does not exist"),
+    ],
+)
+def test_what_stands_at_an_operand_is_refused_at_its_first_word(operand, tokens, message):
+    error = refused(by_name(**{operand: "\n".join(("", *tokens))}))
+    assert message in str(error)
+    assert (error.line, error.column) == (2, 1)
+
+
+@pytest.mark.parametrize("tokens", [("b", "+", "1"), ("-", "b"), ("(", "5.0", ")")])
+def test_an_initial_value_that_is_no_number_is_refused_at_its_first_word(tokens):
+    error = refused("VAR a AT D0 : REAL :=" + "\n".join(("", *tokens)) + f"; END_VAR {by_name(SV='a')}")
+    assert str(error) == "a begins with something that is no number"
+    assert (error.line, error.column) == (2, 1)
 
 
 @pytest.mark.parametrize(

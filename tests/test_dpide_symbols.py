@@ -14,7 +14,7 @@ from dpide_strategies import configurations
 from pidcfg.api import decode
 from pidcfg.encoders.dpide.files import FORMATS
 from pidcfg.encoders.dpide.image import encode
-from pidcfg.encoders.listing import detect_kind
+from pidcfg.encoders.listing import ListingError, detect_kind
 from pidcfg.encoders.maps.dpide import PROCESS_OPERANDS, ROWS
 from pidcfg.schemas.dpide import DpideFile
 from test_dpide_encoding import configuration
@@ -49,6 +49,29 @@ def test_every_operand_and_device_comes_back(config):
         (loop.device, loop.devices) for loop in config.loops
     ]
     assert table(found).replace("; ", ",").count("\n") == text.count("\n")
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, len(ROWS) - 1, len(ROWS)])
+def test_a_loop_is_a_block_with_the_symbols_of_other_operands_beside_it(count):
+    """D610: a symbol in _IMV alone may be anything; one that is missing beside others would leave a default."""
+    head, *rows = table(configuration()).splitlines(keepends=True)
+    block = next(row for row in rows if ",OVEN_IMV," in row)
+    others = [row for row in rows if row is not block][: count - 1]
+    text = head + block + "".join(others)
+    if count in {1, len(ROWS)}:
+        assert [entry["loop"] for entry in FORMATS["symbols"].read(text).settings] == ["OVEN"] * (count > 1)
+        return
+    with pytest.raises(
+        ListingError, match=r"OVEN has no symbol OVEN_\w+.*; a loop has one for each operand"
+    ) as refused:
+        FORMATS["symbols"].read(text)
+    assert refused.value.line == 2
+
+
+@pytest.mark.parametrize(("value", "held"), [("", None), ("5.5", 5.5), ("7", 7.0), ("0", 0.0)])
+def test_a_pv_may_begin_with_a_value_and_need_not(value, held):
+    text = re.sub(r"(?m)^(VAR,OVEN_PV,[^,]*,REAL),[^,]*,", rf"\1,{value},", table(configuration()))
+    assert FORMATS["symbols"].read(text).words.get("OVEN.PV") == held
 
 
 def test_units_come_back_from_comments_that_are_all_ours():

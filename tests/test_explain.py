@@ -396,6 +396,23 @@ def every_meaning():
     ]
 
 
+ADVICE = frozenset(
+    (
+        *("Bring", "Call", "Compare", "End", "Let", "Look", "Lower", "Make", "Open", "Put", "Raise", "See", "Set"),
+        *("Start", "Stay", "Switch", "Try", "Tune", "Wait,", "Wait.", "Watch", "Write"),
+    )
+)
+"""How a cure begins."""
+
+
+def test_an_effect_is_no_advice_and_no_text_is_both():
+    texts = [(meaning.effect, meaning.cure) for meaning in every_meaning()]
+    assert not [effect for effect, _ in texts if effect.split()[0] in ADVICE]
+    assert not {effect for effect, _ in texts} & {cure for _, cure in texts}
+    plain = [cure for _, cure in texts if cure and cure.split()[0] not in ADVICE]
+    assert {cure.split()[0] for cure in plain} == {"A", "If", "Normal", "Right", "The", "To"}, "what to think of it"
+
+
 def test_every_rule_that_a_meaning_names_exists():
     assert {rule for meaning in every_meaning() for rule in meaning.rules} <= set(find_rules())
 

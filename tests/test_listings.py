@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import json
 import re
 from pathlib import Path
 
@@ -16,9 +17,11 @@ import golden
 from command import run
 from pidcfg import api
 from pidcfg.cli.commands.decode import command
+from pidcfg.encoders.codecs import DecodeError
 from pidcfg.encoders.contract import formats_of
 from pidcfg.encoders.decoding import read_listing
 from pidcfg.encoders.dl06.files import read_bytes, read_ihex, write_records
+from pidcfg.encoders.image import LoopOption, with_options
 from pidcfg.encoders.listing import ListingError, read_text
 from pidcfg.text.reader import DEFAULT
 from pidcfg.vendors import VENDORS
@@ -653,3 +656,40 @@ def test_a_file_of_the_programming_software_holds_more_than_loops(vendor, name, 
 def test_a_dump_holds_more_than_loops():
     text = "<DS=START>\nAddress,1\nDS1,0\n</DS=END>\n"
     assert formats_of(VENDORS["click"]).FORMATS["data-dump"].read(text).is_mixed
+
+
+BITS = LoopOption(("bits",), "bits", "where the C bits begin")
+PULSE = LoopOption(("output", "pwm"), "pwm_bit", "whether the output is pulsed (PWM), which no register holds")
+PULSED = "the listing does not say whether the output is pulsed"
+TOO_FEW, TOO_MANY = (
+    f"--bits names {count}; give one for each, with commas between" for count in ("2 for 3 loops", "3 for 2 loops")
+)
+TWO = [{"loop": "A", "bits": "C9", "output": {"unit": "%"}}, {"loop": "B", "bits": "C49"}]
+NOTE = LoopOption(("note",), "note_text", "a note", needed=False)
+
+
+@pytest.mark.parametrize(
+    ("settings", "options", "found"),
+    [
+        ([], {}, "the listing does not say where the C bits begin; give --bits"),
+        ([], {"note_text": ["n"]}, "the listing does not say where the C bits begin of LOOP-1; give --bits"),
+        ([], {"bits": ["C1"]}, f"{PULSED} (PWM) of LOOP-1, which no register holds; give --pwm-bit"),
+        ([{}], {"pwm_bit": ["Y1"]}, "the listing does not say where the C bits begin of a loop; give --bits"),
+        ([], {"bits": ["C1", "C41"], "pwm_bit": ["Y1"]}, [("LOOP-1", "C1", "Y1"), ("LOOP-2", "C41", "Y1")]),
+        ([], {"bits": ["C1"], "pwm_bit": ["Y1", "Y2"]}, [("LOOP-1", "C1", "Y1"), ("LOOP-2", "C1", "Y2")]),
+        ([], {"bits": ["C1", "C41"], "pwm_bit": ["Y1", "Y2", "Y3"]}, TOO_FEW),
+        ([{}, {}], {"bits": ["C1"] * 3, "pwm_bit": ["Y1"]}, TOO_MANY),
+        (TWO, {"pwm_bit": ["Y1", "Y2"]}, [("A", "C9", "Y1"), ("B", "C49", "Y2")]),
+        ([{"loop": "A", "bits": "C9"}], {"bits": ["C1"], "pwm_bit": ["Y1"]}, [("A", "C1", "Y1")]),
+    ],
+)  # fmt: skip
+def test_options_say_of_each_loop_what_a_listing_does_not(settings, options, found):
+    before = json.dumps(settings)
+    if isinstance(found, str):
+        with pytest.raises(DecodeError) as refused:
+            with_options(settings, options, [BITS, PULSE, NOTE])
+        assert str(refused.value) == found
+    else:
+        loops = with_options(settings, options, [BITS, PULSE, NOTE])
+        assert [(loop["loop"], loop["bits"], loop["output"]["pwm"]) for loop in loops] == found
+    assert json.dumps(settings) == before

@@ -380,6 +380,13 @@ def test_each_structure_of_initial_values_ends_before_the_next_member():
     assert [value.get("value") for value in structure.iter("simpleValue")] == [f"{at}.0" for at in range(6)]
 
 
+def test_settings_may_stand_in_the_comments_of_the_text_too():
+    listing = read_plcopen(project(f'(* plc: {{"name": "Boiler"}} *)\n{CALL}'))
+    assert (listing.plc["name"], listing.plc["sample_time"]) == ("Boiler", 0.02)
+    loop = '(* loop: {"loop": "TIC_1", "type": "PIDA_REAL", "description": "Zone 1"} *)'
+    assert read_plcopen(project(f"{loop}\n{CALL}")).settings[0]["description"] == "Zone 1"
+
+
 def test_what_two_lists_call_alike_is_neither():
     with pytest.raises(ListingError, match=r"GVL_IO.Level is no variable that the program declares"):
         read_plcopen(project("TIC_1(PV := GVL_IO.Level);"))
@@ -503,6 +510,40 @@ def test_every_parameter_of_the_library_has_a_field_or_is_an_output():
         names = {row.name.partition(".")[0] for row in kind.inputs}
         assert names <= set(kind.model.model_fields)
         assert len({row.name.upper() for row in kind.table.rows}) == len(kind.table.rows)
+
+
+WHOLE = "SP SP_CASC PV BIAS ManualMV TRK_VAL MaxVarMV MaxMV MinMV DeadBand MaxPV MinPV MV"
+"""Of the manual's PIDA_INT and PIDA_TUNE_INT, what is 16-bit signed."""
+TUNING = {"AutoTuneParam.NumCycles": "UINT", "AutoTuneParam.Mode": "AUTOTUNE_MODE"}
+OTHER_TYPES = {
+    "ControlPWM": {"Period": "UINT"},
+    "ControlSplitRange": {"Mode": "USINT"},
+    "PIDA_TUNE_REAL": TUNING,
+    "PIDA_TUNE_INT": TUNING,
+}
+REAL_OUTPUTS = (
+    "MV MV1 MV2 ProportionalAction DerivativeAction IntegralAction SampleTime OutVar "
+    "AutoTuneResult.Kp AutoTuneResult.Ti_Ki AutoTuneResult.Td_Kd"
+)
+
+
+@pytest.mark.parametrize("name", BLOCK_TYPES)
+def test_a_parameter_has_the_type_of_the_manual(name):
+    kind = BLOCK_TYPES[name]
+    types = {row.name: row.type.name for row in kind.table.rows}
+    assert {key for key, of in types.items() if of == "INT"} == (set(WHOLE.split()) if name.endswith("_INT") else set())
+    assert {key: of for key, of in types.items() if of not in {"INT", "REAL", "BOOL"}} == OTHER_TYPES.get(name, {})
+    flags = {row.name for row in kind.outputs if row.name not in REAL_OUTPUTS.split() or name == "ControlON_OFF"}
+    assert {row.name for row in kind.outputs if row.type.name == "BOOL"} == flags
+
+
+@pytest.mark.parametrize("kind", ["REAL", "INT"])
+def test_a_block_that_tunes_begins_with_the_rows_of_the_one_that_does_not(kind):
+    plain, tuning = (BLOCK_TYPES[f"{name}_{kind}"].table.rows for name in ("PIDA", "PIDA_TUNE"))
+    assert [row[:3] for row in tuning[: len(plain)]] == [row[:3] for row in plain]
+    assert {row.name.partition(".")[0] for row in tuning[len(plain) :]} == {
+        *("AutoTune", "AutoTuneParam", "AutoTuneDone", "AutoTuneError", "AutoTuneResult")
+    }
 
 
 TIMES = ("Tfd", "Tc", "Tlag", "Tlead", "DelayTime", "SampleTime")

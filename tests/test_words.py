@@ -328,7 +328,7 @@ def test_kinds_show_and_read_every_word_alike():
     for kind in (WORD, INT16):
         assert all(kind.read(kind.show(word)) == word for word in WORDS)
     assert [INT16.show(w) for w in (0, 0x7FFF, 0x8000, 0xFFFF)] == [0, 32767, -32768, -1]
-    assert [BIT.read(x) for x in (False, True, 0, 1, 2, "1", 1.0)] == [0, 1, 0, 1, None, None, None]
+    assert [BIT.read(x) for x in (False, True, 0, 1, -1, 2, "1", 1.0)] == [0, 1, 0, 1] + [None] * 4
     assert [WORD.read(x) for x in (65535, 65536, -1, True, 1.0, "1")] == [65535, None, None, None, None, None]
     assert [INT16.read(x) for x in (32767, 32768, -32768, -32769)] == [0x7FFF, None, 0x8000, None]
     assert [SINGLE.read(x) for x in (1.5, 1, float("nan"), 1e39, True, "1")] == [0x3FC00000, 0x3F800000] + [None] * 4
