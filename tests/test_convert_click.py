@@ -565,6 +565,10 @@ HELD_AT_0 = "not given: this PLC compares with 0, since one bit enables all"
             {f"alarms.pv.{key}": (None, HELD_AT_0) for key in ("low_low", "low", "high", "high_high")},
         ),
         (
+            {"alarms": {"pv": {"enabled": True}}, "pv": {"range": [-0.5, 0.5], "input_range": [-0.5, 0.5]}},
+            {f"alarms.pv.{key}": (None, HELD_AT_0) for key in ("low_low", "low", "high", "high_high")},
+        ),
+        (
             {"alarms": {"pv": {"enabled": True}}, "pv": {"range": [-9, 0], "input_range": [-9, 0]}},
             {f"alarms.pv.{key}": (None, HELD_AT_0) for key in ("low_low", "low")},
         ),

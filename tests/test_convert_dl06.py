@@ -276,6 +276,51 @@ def test_a_limit_of_zero_is_no_derivative_and_one_without_a_rate_is_nothing():
     assert "derivative_gain_limit" in lost(off)
 
 
+NONE_LEFT = "a derivative gain limit of 0 leaves no derivative"
+ENABLED = {"derivative_gain_limit_enabled": True}
+
+
+@pytest.mark.parametrize(
+    ("rate", "limit", "told"),
+    [
+        (6, {}, {"tuning.rate": (6, ("tuning.derivative_time",), "")}),
+        (0, {}, {"tuning.rate": (0, ("tuning.derivative_time",), "")}),
+        (
+            6, {"derivative_gain_limit": 10},
+            {
+                "tuning.rate": (6, ("tuning.derivative_time",), ""),
+                "derivative_gain_limit": (10, ("tuning.derivative_filter",), ""),
+            },
+        ),
+        (
+            0, {"derivative_gain_limit": 10},
+            {
+                "tuning.rate": (0, ("tuning.derivative_time",), ""),
+                "derivative_gain_limit": (10, (), "without a rate it does nothing"),
+            },
+        ),
+        (
+            6, {"derivative_gain_limit": 0},
+            {"tuning.rate": (6, (), NONE_LEFT), "derivative_gain_limit": (0, (), NONE_LEFT)},
+        ),
+        (
+            0, {"derivative_gain_limit": 0},
+            {
+                "tuning.rate": (0, ("tuning.derivative_time",), ""),
+                "derivative_gain_limit": (0, (), NONE_LEFT),
+            },
+        ),
+        (6, ENABLED, {"tuning.rate": (6, (), NONE_LEFT), "derivative_gain_limit_enabled": (True, (), NONE_LEFT)}),
+    ],
+)  # fmt: skip
+def test_the_rate_and_its_limit_are_told_by_what_they_leave(rate, limit, told):
+    (found,) = to_neutral(dl06({"tuning": {"gain": 1, "rate": rate}, **limit}))
+    lines = {f.path: (f.value, f.neutral, f.note) for f in found.fields if f.path in told}
+    assert lines == told
+    acts = [field.value for field in found.fields if field.path == "plc.derivative"]
+    assert acts == ["error"] * bool(rate and told["tuning.rate"][1])
+
+
 @pytest.mark.parametrize(("time", "limit", "brought"), [(0.1, 20, True), (60, 1, True), (0.6, 10, False)])
 def test_a_filter_is_brought_within_the_limits_of_the_limit(time, limit, brought):
     loop = {"tuning": {"gain": 1, "derivative_time": 6, "derivative_filter": time}}

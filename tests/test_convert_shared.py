@@ -45,7 +45,7 @@ from pidcfg.conversion.builder import (
 from pidcfg.conversion.dl06 import _derivative_filter
 from pidcfg.conversion.generic import HARMLESS_FIELDS, RANGE_FIELDS, from_neutral, to_neutral
 from pidcfg.conversion.operation import Smoothing, _smoothing_lines
-from pidcfg.conversion.pipeline import _derivative_line, convert, neutral_loops, read_back, validate_data
+from pidcfg.conversion.pipeline import _derivative_line, _is_default, convert, neutral_loops, read_back, validate_data
 from pidcfg.encoders.codecs import EncodeError
 from pidcfg.encoders.contract import encoder_of
 from pidcfg.encoders.generic import CONVERT_OPTIONS
@@ -459,6 +459,40 @@ def test_a_band_of_no_count_is_lost_wholly(vendor, field):
 def test_loops_are_linked_where_their_units_do_not_differ(unit, linked):
     text = api.convert(CASCADE.replace("UNIT", unit), "dl06", name="a.yaml").text
     assert ("cascade_from: M" in text) is linked
+
+
+@pytest.mark.parametrize(
+    ("changed", "field", "is_default"),
+    [
+        ({}, "setpoint.limits.0", True),
+        ({"setpoint": {"limits": [0, 400]}}, "setpoint.limits.0", False),
+        ({"setpoint": {"limits": [0, 400]}}, "setpoint.limits", False),
+        ({}, "pv.range.0", False),
+        ({}, "output.bias", True),
+        ({"output": {"range": [0, 100], "bias": 1}}, "output.bias", False),
+        ({}, "output.pulse.period", True),
+        ({"output": {"range": [0, 100], "pulse": {"period": 1}}}, "output.pulse.period", False),
+        ({"output": {"range": [0, 100], "pulse": {"period": 1}}}, "output.pulse.min_on", True),
+        ({"setpoint": {"follows_pv": False}}, "setpoint.follows_pv", True),
+        ({"setpoint": {"follows_pv": True}}, "setpoint.follows_pv", False),
+        ({}, "alarms.hysteresis", True),
+        ({"alarms": {"hysteresis": 1}}, "alarms.hysteresis", True),
+        ({"alarms": {"hysteresis": 1, "pv": {"high": 9}}}, "alarms.hysteresis", False),
+        ({}, "sample_time", False),
+        ({}, "no.such.field", False),
+    ],
+)
+def test_nothing_is_lost_with_a_field_that_says_what_every_loop_is_like(changed, field, is_default):
+    assert _is_default(neutral(**changed).loops[0], field) is is_default
+
+
+def test_what_is_wrong_with_all_loops_is_no_problem_of_one():
+    loops = [{**LOOP, "name": f"L{i}"} for i in range(9)]
+    config = GenericFile.model_validate({"pidcfg": 1, "vendor": "generic", "loops": loops})
+    with pytest.raises(ConvertError, match="the file has 9 loops; a DL06 has 8: divide the file") as refused:
+        convert(config, GENERIC, VENDORS["dl06"], {})
+    assert [entry.path for entry in refused.value.missing] == [("loops",)]
+    assert len(convert(config, GENERIC, VENDORS["dl06"], {}, excluded={3: "no"}).source_loops) == 8
 
 
 @pytest.mark.parametrize(("on", "then_on"), [*product(("pv", "error"), repeat=2)])

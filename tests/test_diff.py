@@ -272,6 +272,13 @@ def test_a_loop_without_a_neutral_form_is_no_pid_of_another_vendor():
     assert compared(TANK, before)[name.replace("-", "_")] == [("type", "high", "PID", "no PID")]
 
 
+def test_loops_that_come_and_go_between_vendors_are_told():
+    names = {REACTOR: ["FIC-102", "TIC-101", "LIC-103"], TANK: ["TANK1"]}
+    for before, after in ((TANK, REACTOR), (REACTOR, TANK)):
+        told = [(row.loop, row.status) for row in pidcfg_package.diff(before, after).loops]
+        assert told == [(n, "removed") for n in names[before]] + [(n, "added") for n in names[after]]
+
+
 def test_the_risks_are_in_order():
     assert RISKS == ("critical", "high", "medium", "low", "cosmetic")
 
