@@ -16,7 +16,7 @@ from pidcfg.cli.formats.conversion import differences_text as as_text
 from pidcfg.cli.main import main
 from pidcfg.conversion import text_of
 from pidcfg.conversion.comparison import moved_loops
-from pidcfg.conversion.terms import Item, Owner, add_faults, content_of, item_kind, move_content
+from pidcfg.conversion.terms import Item, Owner, add_faults, content_of, item_kind, leaves, move_content
 from pidcfg.conversion.vendor_terms import _cell_content, raw_terms
 from pidcfg.encoders.decoding import read_listing
 from pidcfg.encoders.listing import Listing
@@ -238,6 +238,15 @@ def test_a_parameter_of_a_structure_has_the_unit_of_its_map_or_none():
             ("NumCycles", (2, 3), "", ("2", "3")),
         )
     ]
+
+
+def test_a_value_is_given_where_the_file_says_it():
+    loop = pidcfg.check_text(DPIDE.replace("Td_Kd: 0", "call: {EN: M1}, Td_Kd: 0")).config.loops[0]
+    given = {leaf.text: leaf.is_given for leaf in leaves(loop)}
+    assert {key: given[key] for key in ("SV", "PID_RUN", "call.EN", "pv.range")} == {
+        "SV": True, "PID_RUN": False, "call.EN": True, "pv.range": True,
+    }  # fmt: skip
+    assert {leaf.is_given for leaf in leaves(loop, is_given=False)} == {False}
 
 
 def test_markdown_is_a_table_with_what_is_grave_in_bold():
