@@ -395,6 +395,42 @@ def test_a_clamped_gain_says_how_far_it_is_off():
 
 
 @pytest.mark.parametrize(
+    ("target", "changed", "key", "held", "error", "note"),
+    [
+        ("click", {"tuning": {"gain": 0.001}}, "tuning.proportional_gain", 0.01, 900, "allowed is 0.01 to 10000"),
+        ("click", {"tuning": {"gain": 20000}}, "tuning.proportional_gain", 10000, 50, "allowed is 0.01 to 10000"),
+        ("click", {"tuning": {"integral_time": 0.001}}, "tuning.reset_time", 0.01, 900, "allowed is 0.01 to 6000"),
+        ("click", {"tuning": {"derivative_time": 8000}}, "tuning.derivative_gain", 6000, 25, "allowed is 0 to 6000"),
+        ("click", {"output": {"pulse": {"period": 0.5}}}, "output.pwm.period", 1, 100, "allowed is 1 to 600"),
+        ("click", {"output": {"pulse": {"period": 800}}}, "output.pwm.period", 600, 25, "allowed is 1 to 600"),
+        ("dl06", {"tuning": {"gain": 50}}, "tuning.gain", 99.99, 50.005, "DL06 holds 0 to 99.99"),
+        ("dl06", {"setpoint": {"value": 500}}, "setpoint.value", 400, 20, "DL06 holds 0 to 400"),
+        ("dl06", {"setpoint": {"value": -5}}, "setpoint.value", 0, 100, "DL06 holds 0 to 400"),
+        ("dl06", {"output": {"limits": [5, 125]}}, "output.limits.1", 100, 20, "DL06 holds 0 to 100"),
+        ("dl06", {"output": {"limits": [-5, 95]}}, "output.limits.0", 0, 100, "DL06 holds 0 to 100"),
+        ("dl06", {"deadband": 500}, "error.deadband", 400, 20, "DL06 holds 0 to 400"),
+        ("ezlogix", {"sample_time": 0.04}, "sample_rate", 0.05, 25, "allowed is 0.05 to 99.99"),
+        ("ezlogix", {"sample_time": 199.98}, "sample_rate", 99.99, 50, "allowed is 0.05 to 99.99"),
+        ("ezlogix", {"tuning": {"gain": 50}}, "tuning.proportional_gain", 99.99, 50.005, "allowed is 0 to 99.99"),
+        ("ezlogix", {"tuning": {"integral_time": 8000}}, "tuning.integral_time", 6000, 25, "allowed is 0 to 6000"),
+        ("ezlogix", {"tuning": {"derivative_time": 800}}, "tuning.derivative_time", 600, 25, "allowed is 0 to 600"),
+        ("ezlogix", {"setpoint": {"value": 500}}, "setpoint.value", 400, 20, "EZLogix holds 0 to 400"),
+    ],
+)
+def test_what_a_plc_does_not_take_is_brought_to_the_end_of_what_it_does(target, changed, key, held, error, note):
+    """The limits are those of the manuals, or of registers on their scales; the others of the loop stay as they are."""
+    result = converted(CASES["generic"][0](merged(OVEN, changed)), "generic", target)
+    (row,) = (row for row in result.loops[0].changes if row.target_field == key and row.kind != "exact")
+    assert (row.kind, row.loss, row.target) == ("clamped", True, held)
+    assert row.error_percent == pytest.approx(error)
+    assert row.note.endswith(note)
+    assert {other.kind for other in result.loops[0].changes if other.target_field not in {key, ""}} <= {
+        "exact",
+        "assumed",
+    }
+
+
+@pytest.mark.parametrize(
     ("neutral", "error", "loss"),
     [
         ("tuning.gain", 2.0, False),
