@@ -620,6 +620,34 @@ def test_the_hysteresis_is_brought_where_the_plc_takes_it(wanted, deviation, hel
     assert error_codes(from_neutral(generic({"alarms": alarms}), {}).data) == []
 
 
+@pytest.mark.parametrize(
+    ("yellow", "wanted", "held", "note"),
+    [
+        (None, 0, "1 counts", "a DL06 wants at least one count"),
+        (None, 0.5, "1 counts", "a DL06 wants at least one count"),
+        (None, 1, "1", ""),
+        (None, 512, "512", ""),
+        (None, 513, "512", "at most 12.5 % of the span and less than the yellow deviation"),
+        (600, 513, "512", "at most 12.5 % of the span and less than the yellow deviation"),
+        (9, 8, "8", ""),
+        (9, 9, "8", "at most 12.5 % of the span and less than the yellow deviation"),
+        (2, 2, "1", "at most 12.5 % of the span and less than the yellow deviation"),
+        (1, 1, "1", ""),
+        (1, 2, "1", "at most 12.5 % of the span and less than the yellow deviation"),
+    ],
+)
+def test_a_hysteresis_is_a_count_at_least_and_an_eighth_of_the_span_at_most_below_the_yellow_deviation(
+    yellow, wanted, held, note
+):
+    """On a scale of a unit a count: 0 to 4095 (D282)."""
+    alarms = {"pv": {"high": 3000}, "deviation": {"high": yellow}, "hysteresis": wanted}
+    made, fields = target({"pv": {"range": [0, 4095]}, "alarms": alarms})
+    assert str(made.loops[0].alarms.hysteresis) == held
+    (put,) = (put for put in fields if put.path == "alarms.hysteresis")
+    assert (put.neutral, put.note) == ("alarms.hysteresis", note)
+    assert (put.assumed, put.clamped) == ("at least" in note, "at most" in note)
+
+
 def test_a_rate_of_change_of_less_than_half_a_count_is_dropped():
     assert set(dropped({"alarms": {"rate_of_change": 0.04}})) == {"alarms.rate_of_change"}
     assert dropped({"alarms": {"rate_of_change": 0.05}}) == {}

@@ -30,6 +30,7 @@ from pidcfg.schemas.dpide import DpideFile, Loop
 from pidcfg.schemas.generic import GenericFile
 from pidcfg.schemas.generic import Loop as NeutralLoop
 from pidcfg.text.diagnostics import Severity
+from pidcfg.text.paths import parse_path, value_at
 from pidcfg.text.source import read_document
 from pidcfg.text.writer import yaml_text
 from pidcfg.validate.engine import check_document
@@ -169,6 +170,59 @@ def test_independent_gains_are_terms_behind_one_gain_which_is_1_without_a_propor
     assert to_dependent(*map(Decimal, gains)) == (*map(Decimal, terms[:3]), terms[3])
     tuning = neutral({"PID_EQ": False, **dict(zip(("Kc_Kp", "Ti_Ki", "Td_Kd"), gains, strict=True))}).tuning
     assert (tuning.gain, tuning.proportional) == (terms[0], terms[3])
+
+
+BELOW_0 = "what is below 0 counts as 0"
+NO_RANGE = "no output.range is given: MV_MIN and MV_MAX are taken for 0 % and 100 %"
+SWAPPED = "MV_MIN is above MV_MAX: the PLC swaps them"
+
+
+@pytest.mark.parametrize(
+    ("loop", "told"),
+    [
+        ({"Kc_Kp": 0.5}, {"Kc_Kp": ("0.5", "tuning.gain", "", "0.5")}),
+        ({"Kc_Kp": -0.5}, {"Kc_Kp": ("-0.5", "tuning.gain", BELOW_0, 0)}),
+        ({"Ti_Ki": 0.5}, {"Ti_Ki": ("0.5", "tuning.integral_time", "", "0.5")}),
+        ({"Ti_Ki": -0.5}, {"Ti_Ki": ("-0.5", "tuning.integral_time", BELOW_0, 0)}),
+        ({"Td_Kd": 0.5}, {"Td_Kd": ("0.5", "tuning.derivative_time", "", "0.5")}),
+        ({"Td_Kd": -0.5}, {"Td_Kd": ("-0.5", "tuning.derivative_time", BELOW_0, 0)}),
+        ({"Tf": 0.5}, {"Tf": ("0.5", "tuning.derivative_filter", "", "0.5")}),
+        ({"Tf": -0.5}, {"Tf": ("-0.5", "tuning.derivative_filter", BELOW_0, 0)}),
+        ({"Tf": 0}, {"Tf": None}),
+        ({"ERR_DBW": -0.5}, {"ERR_DBW": ("-0.5", "deadband", DEAD_BAND_NOTE, "0.5")}),
+        ({"ERR_DBW": 0}, {"ERR_DBW": None}),
+        ({"BIAS": -3}, {"BIAS": (-3, "output.bias", "", -3)}),
+        ({"BIAS": 0}, {"BIAS": None}),
+        ({"CYCLE": 0}, {"CYCLE": (0, "sample_time", "", "0.001")}),
+        ({"CYCLE": 50_000}, {"CYCLE": (50_000, "sample_time", "", 40)}),
+        ({"MOUT": 5}, {"MOUT": (5, "output.manual", "", 10)}),
+        ({"MOUT": 95}, {"MOUT": (95, "output.manual", "", 90)}),
+        (
+            {"MV_MIN": 90, "MV_MAX": 10},
+            {"MV_MIN": (90, "output.limits.1", SWAPPED, 90), "MV_MAX": (10, "output.limits.0", SWAPPED, 10)},
+        ),
+        ({"MV_MIN": 10}, {"MV_MIN": (10, "output.limits.0", "", 10), "MV_MAX": (90, "output.limits.1", "", 90)}),
+        ({"output": {}}, {"output.range": (None, "output.range.0", NO_RANGE, 10)}),
+        ({"PID_RUN": False, "MOUT": 0}, {"MOUT": None}),
+        (
+            {"PID_MODE": 0},
+            {"PID_MODE": (0, "anti_windup", "DPIDE always holds its integral at the limits of MV", True)},
+        ),
+    ],
+)
+def test_each_operand_is_told_as_the_file_has_it_with_what_it_becomes(loop, told):
+    (found,) = to_neutral(dpide(loop))
+    lines = {field.path: field for field in found.fields}
+    for path, row in told.items():
+        if row is None:
+            assert path not in lines
+            continue
+        value, neutral, note, becomes = row
+        line = lines[path]
+        assert (line.value, line.note) == (value if value is None else Decimal(value), note)
+        assert neutral.removesuffix(".0") in {*line.neutral, *(name.removesuffix(".0") for name in line.neutral)}
+        held = value_at(found.data, parse_path(neutral))
+        assert held is becomes if becomes is True else Decimal(held) == Decimal(becomes)
 
 
 def test_zero_is_off():

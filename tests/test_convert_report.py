@@ -1123,6 +1123,13 @@ def test_an_ezlogix_keeps_its_registers_and_tags_within_the_vendor():
     assert float(moved["tuning"]["proportional_gain"]) == 2
 
 
+@pytest.mark.parametrize(("given", "counts"), [("", [0, 4095]), (", counts: [0, 4000]", [0, 4000])])
+def test_an_ezlogix_keeps_how_its_pv_is_counted_and_the_gain_that_depends_on_it(given, counts):
+    text = EZLOGIX_OWN.replace(", counts: [0, 4000]", given)
+    loop = api.convert(text, "ezlogix", options={"registers": "R101"}).data["loops"][0]
+    assert (loop["pv"]["counts"], loop["tuning"]["proportional_gain"]) == (counts, 2)
+
+
 @pytest.mark.parametrize("goes_on", [True, False])
 def test_an_ezlogix_goes_on_while_the_plc_is_stopped_as_before_within_the_vendor(goes_on):
     other = {"FIC": "TIC", "R201": "R301", "S201": "S301", "IR7": "IR8", "OR9": "OR10", "O3": "O4"}
@@ -1374,6 +1381,7 @@ def test_an_exact_line_says_how_many_counts_the_words_are_apart(value, target, o
     one = nearest_share(value, FULL, 200)
     two = Decimal(value) / 200 if counts is None else nearest_share(value, counts, 200)
     assert (row.kind, row.counts_apart) == ("exact", pytest.approx(float(abs(one - two) * (counts or FULL)), abs=6e-4))
+    assert row.counts_apart == round(row.counts_apart, 3)
     shown = result.to_json()["loops"][0]["changes"]
     assert row.counts_apart in [line["counts_apart"] for line in shown if line["field"] == "setpoint.value"]
 

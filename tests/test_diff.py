@@ -389,6 +389,30 @@ def test_a_change_in_percent_reads_alike_within_a_vendor_and_across(gain, note):
     assert judge_key("tuning.gain", ["tuning.gain"], *numbers)[2] == note
 
 
+P_SWITCHED = ("tuning.proportional", "high", "the proportional action is switched")
+GAIN_AND_P = ["tuning.gain", "tuning.proportional"]
+
+
+@pytest.mark.parametrize(
+    ("key", "fields", "values", "told"),
+    [
+        ("tuning.gain", GAIN_AND_P, (2, 0), ("tuning.gain", "high", "-100 %")),
+        ("tuning.gain", GAIN_AND_P, (0, 2), P_SWITCHED),
+        ("tuning.gain", GAIN_AND_P, (2, 3), ("tuning.gain", "medium", "+50 %")),
+        ("tuning.gain", GAIN_AND_P, (2, 5), ("tuning.gain", "high", "+150 %")),
+        ("algorithm", ["anti_windup"], ("position", "velocity"), (
+            "anti_windup", "high", "the integral behaves otherwise at the limits",
+        )),
+        ("PID_MODE", ["anti_windup"], (1, 2), ("PID_MODE", "medium", "+100 %")),
+        ("freeze", ["anti_windup"], (True, False), (
+            "anti_windup", "high", "the integral behaves otherwise at the limits",
+        )),
+    ],
+)  # fmt: skip
+def test_a_number_is_a_switch_where_it_is_switched_on_or_off_and_a_word_always(key, fields, values, told):
+    assert judge_key(key, fields, *values) == told
+
+
 NEUTRAL = """\
 pidcfg: 1
 vendor: generic

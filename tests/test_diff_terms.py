@@ -519,6 +519,26 @@ def test_a_table_that_is_left_alone_differs_from_one_of_zeros():
     }  # fmt: skip
 
 
+PLACES = {
+    "click": ("TANK1", {"C101": "C301", "DS101": "DS301", "DF101": "DF301"}),
+    "ezlogix": ("EXHAUST", {"R133": "R333", "S109": "S309"}),
+    "dpide": ("OVEN", {"D500": "D700"}),
+}
+
+
+@pytest.mark.parametrize(("vendor", "edit"), [(vendor, edit) for vendor in PLACES for edit in (False, True)])
+def test_a_loop_with_another_name_and_place_is_the_same_loop_where_all_else_is(vendor, edit):
+    """The place itself is no setting that differs (D346)."""
+    name, places = PLACES[vendor]
+    moved = edited(FILES[vendor], (name, "NEW"), *places.items())
+    before, behind = moved.split("NEW", 1)
+    other = re.sub(r"(proportional_gain|Kc_Kp): [0-9.]+", r"\1: 3.3", behind, count=1)
+    moved = f"{before}NEW{other}" if edit else moved
+    statuses = {loop.loop: (loop.status, loop.was) for loop in pidcfg.diff(FILES[vendor], moved).loops}
+    assert statuses["NEW"] == (("added", "") if edit else ("renamed", name))
+    assert statuses.get(name) == (("removed", "") if edit else None)
+
+
 @pytest.mark.parametrize(("steps", "status"), [("", "renamed"), ("      steps: []\n", "added")])
 def test_a_loop_that_moved_is_a_renamed_one_where_all_of_it_is_the_same(steps, status):
     """Whether a table is written belongs to it, if only with zeros (D346)."""
