@@ -54,7 +54,7 @@ def loops(draw, index: int):
     root = draw(st.booleans())
     counts = draw(st.none() | st.sampled_from([(0, 4095), (0, 32767), (0, 65535)] + ([] if root else [(819, 4095)])))
     pv_range, out_range = draw(ranges()), draw(ranges())
-    sp = Scale(counts_format(*(counts or (0, 4095))), pv_range, root=root)
+    sp = Scale(counts_format(*(counts or (0, 4095))), pv_range, has_root=root)
     cv = Scale(counts_format(0, 4095), out_range)
     pulse = st.fixed_dictionaries(
         {"tag": st.just("O1"), "cycle_time": tenths("0.1", "6553.5")},

@@ -221,7 +221,7 @@ def test_bipolar_range_has_its_middle_at_zero():
 
 def test_square_root_scale_runs_to_the_root_of_the_span():
     """Manual: divide the desired SP by the square root of the span: half of 4095 counts over 63.99 is 32."""
-    scale = Scale(FORMATS["12-bit unipolar"], (Decimal(0), Decimal(100)), root=True)
+    scale = Scale(FORMATS["12-bit unipolar"], (Decimal(0), Decimal(100)), has_root=True)
     assert [round_to_integer(scale.position(Quantity(Decimal(v)))) for v in (0, 50, 100)] == [0, 32, 64]
 
 

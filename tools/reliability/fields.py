@@ -103,7 +103,7 @@ def _scales(vendor: str, rng: random.Random) -> dict[str, Scale]:
                            root=rng.random() < 0.3)  # fmt: skip
     window = ezlogix.counts_format(*rng.choice(WINDOWS))
     root = window.minimum == 0 and rng.random() < 0.3
-    return {"pv": Scale(window, ranges[0]), "sp": Scale(window, ranges[0], root=root),
+    return {"pv": Scale(window, ranges[0]), "sp": Scale(window, ranges[0], has_root=root),
             "output": Scale(ezlogix.CV, ranges[1])}  # fmt: skip
 
 

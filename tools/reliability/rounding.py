@@ -98,7 +98,7 @@ class Counts:
     def _exact(self, value: Quantity) -> Fraction:
         low, high = map(Fraction, self.range)
         span, zero = self.scale.format.span, self.scale.format.minimum
-        if self.scale.root:
+        if self.scale.has_root:
             full, zero = Fraction(isqrt(span * FINE**2), FINE), 0
         else:
             full = Fraction(span)
@@ -108,13 +108,13 @@ class Counts:
         form = self.scale.format
         counts = -(word & 0x7FFF) if form.minimum < 0 and word >> 15 else word
         near = abs(counts - self._exact(value)) <= HALF + Fraction(1, FINE // 10**6)
-        return near if self.scale.root else _even(counts, self._exact(value))
+        return near if self.scale.has_root else _even(counts, self._exact(value))
 
     def refuses(self, value: Quantity, fault: str) -> bool:
         form = self.scale.format
-        top = isqrt(form.span) if self.scale.root else form.maximum
-        low = 0 if self.scale.root else form.minimum
-        return fault == "range" and not low - HALF <= self._exact(value) <= top + HALF - self.scale.root * HALF
+        top = isqrt(form.span) if self.scale.has_root else form.maximum
+        low = 0 if self.scale.has_root else form.minimum
+        return fault == "range" and not low - HALF <= self._exact(value) <= top + HALF - self.scale.has_root * HALF
 
 
 class Singles:

@@ -45,10 +45,10 @@ class ReadRecorder:
             self.names_by_file[resolved] = other
         return resolved
 
-    def read(self, name: str, most: int) -> bytes:
+    def read(self, name: str, max_bytes: int) -> bytes:
         """As the reader does it."""
         try:
-            data = self.reader.read(name, most)
+            data = self.reader.read(name, max_bytes)
         except (OSError, ValueError):
             self.is_cacheable = False
             raise

@@ -208,7 +208,7 @@ class SignMagnitude:
 
 @frozen
 class Implied:
-    """A whole number with an implied point, ``least`` (negative: two's complement) to ``most``; `off` as `Bcd`."""
+    """A whole number with an implied point, ``low_count`` (< 0: two's complement) to ``high_count``; `off` as `Bcd`."""
 
     reports_rounding: ClassVar[bool] = True
     decimals: int = 0
@@ -394,13 +394,13 @@ class Scale:
 
     format: Format
     range: tuple[Decimal, Decimal] | None = None
-    root: bool = False
+    has_root: bool = False
 
     @cached_property
     def full_counts(self) -> Decimal:
         """Counts from 0 % to 100 % on this scale."""
         span = Decimal(self.format.span)
-        return EXACT_CONTEXT.sqrt(span) if self.root else span
+        return EXACT_CONTEXT.sqrt(span) if self.has_root else span
 
     @cached_property
     def width(self) -> Decimal:
@@ -410,7 +410,7 @@ class Scale:
     @property
     def zero_counts(self) -> int:
         """Counts at 0 %."""
-        return 0 if self.root else self.format.minimum
+        return 0 if self.has_root else self.format.minimum
 
     @property
     def top_counts(self) -> int:
@@ -455,7 +455,7 @@ class Scale:
         """As `span_value`, with the test of equality that fits the word."""
         if self.range is None:
             return Quantity(Decimal(counts))
-        if counts > (self.top_counts if self.root else self.format.maximum):
+        if counts > (self.top_counts if self.has_root else self.format.maximum):
             return Quantity(Decimal(counts), counts=True)
         return shortest_quantity(self._counts_to_units(Decimal(counts)), is_same, counts)
 
@@ -576,7 +576,7 @@ class Distance:
 
 def check_root(word: int, counts: int, scale: Scale, value: Quantity) -> int:
     """The word, unless it is beyond full scale of a square-root loop: no PV has such a root."""
-    if scale.root and counts > scale.top_counts:
+    if scale.has_root and counts > scale.top_counts:
         error = _range_error(scale, value, scale.value, low=0)
         error.stored = word
         raise error
@@ -601,7 +601,7 @@ def _range_error(
     """The error with the limits in the user's own unit."""
     low_count, high_count = (
         scale.format.minimum if low is None else low,
-        scale.top_counts if scale.root else scale.format.maximum,
+        scale.top_counts if scale.has_root else scale.format.maximum,
     )
     if is_raw(value, scale):
         return EncodeError("range", "is outside the word's range", Decimal(low_count), Decimal(high_count))

@@ -62,19 +62,19 @@ def read_listing(
     refuse_large(data, limits)
     kinds = formats_of(vendor).FORMATS
     text = _text_of(data, [kinds[kind]] if kind else [*kinds.values()])
-    chosen = kinds[kind] if kind else detect_kind(text, kinds)
-    if chosen is None:
+    file_kind = kinds[kind] if kind else detect_kind(text, kinds)
+    if file_kind is None:
         if other := describe_binary(data):
             raise ListingError(f"{other[0]}, no memory listing; {other[1]}")
         vendor_named = next((key for key in VENDORS if f"{key} memory listing" in text[:HEAD_CHARACTERS]), None)
         if vendor_named not in {None, vendor.key}:
             raise ListingError(f"this is a listing of vendor {vendor_named}, not {vendor.key}")
         raise ListingError(_no_listing_problem(text, kinds))
-    if pou and chosen.read_program is None:
+    if pou and file_kind.read_program is None:
         raise ListingError(
-            f"--pou names a program of a project in PLCopen XML, and this file is of the format {chosen.name}"
+            f"--pou names a program of a project in PLCopen XML, and this file is of the format {file_kind.name}"
         )
-    listing: Listing = chosen.read_program(text, pou) if pou and chosen.read_program else chosen.read(text)
+    listing: Listing = file_kind.read_program(text, pou) if pou and file_kind.read_program else file_kind.read(text)
     if listing.vendor not in {None, vendor.key}:
         raise ListingError(f"the listing is of vendor {listing.vendor!r}, not {vendor.key}")
     return listing

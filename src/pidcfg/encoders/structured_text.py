@@ -264,15 +264,15 @@ def drop_externals(declarations: Iterable[Declaration]) -> list[Declaration]:
     declarations = list(declarations)
     shared = {other.name.upper: other for other in reversed(declarations) if other.section == "VAR_EXTERNAL"}
     shared |= {other.name.upper: other for other in declarations if other.section == "VAR_GLOBAL"}
-    kept = []
+    declarations_left = []
     for one in declarations:
         other = shared.get(one.name.upper, one)
         if one is other or one.section != "VAR_EXTERNAL" or one.initial is not None or one.address:
-            kept.append(one)
+            declarations_left.append(one)
         elif [token.upper for token in one.type] != [token.upper for token in other.type]:
             message = f"{one.name.text} is declared with another type than in line {other.name.line}"
             raise one.name.error(message)
-    return kept
+    return declarations_left
 
 
 def initial_value(tokens: tuple[Token, ...], depth: int = 0) -> Initial:

@@ -322,13 +322,13 @@ class Link:
             "holding": client.read_holding_registers,
             "input": client.read_input_registers,
         }[request.table]
-        answer = asyncio.ensure_future(call(request.first, count=request.count, device_id=unit))
-        closed = asyncio.ensure_future(self._closed.wait())
+        response_task = asyncio.ensure_future(call(request.first, count=request.count, device_id=unit))
+        closed_task = asyncio.ensure_future(self._closed.wait())
         try:
-            done, _ = await asyncio.wait({answer, closed}, return_when=asyncio.FIRST_COMPLETED)
-            if answer not in done:
+            done, _ = await asyncio.wait({response_task, closed_task}, return_when=asyncio.FIRST_COMPLETED)
+            if response_task not in done:
                 raise _NoAnswer("the connection was closed", "PLCs take few connections: close other programs")
-            response = answer.result()
+            response = response_task.result()
         except ModbusException:
             other_answer = unexpected_answer(self._request_bytes, self._received, is_serial=bool(self.address.device))
             reason = f"no answer within {self.policy.timeout:g} s{other_answer and f', but {other_answer}'}"
@@ -338,10 +338,10 @@ class Link:
             cure = f"look at {', '.join(suspects[:-1])} and {suspects[-1]}; here it is unit {unit}"
             raise _NoAnswer(reason, cure if self.address.device or not other_answer else NO_SERVER_CURE) from None
         finally:
-            for task in (answer, closed):
+            for task in (response_task, closed_task):
                 task.cancel()
             with suppress(asyncio.CancelledError, ModbusException):
-                await answer
+                await response_task
         return self._response_content(request, response)
 
     def _response_content(self, request: Request, response: ModbusPDU) -> list[int]:

@@ -149,15 +149,15 @@ async def _readings(link: Link, registers: Registers, channels: Sequence[Channel
             spans.setdefault(channel.block_start, []).extend(channel.register_keys)
     numbers = [n for channel in channels if channel.block_start is None for n in channel.register_keys]
     numbers += [n for span in spans.values() for n in range(min(span), max(span) + 1)]
-    begin, due, first_time = time.monotonic(), 0.0, None
-    while trend_options.seconds is None or due <= trend_options.seconds:
-        await asyncio.sleep(max(0.0, begin + due - time.monotonic()))
+    begin, due_time, first_time = time.monotonic(), 0.0, None
+    while trend_options.seconds is None or due_time <= trend_options.seconds:
+        await asyncio.sleep(max(0.0, begin + due_time - time.monotonic()))
         words = await registers.read_words(link, numbers)
         now = time.monotonic()  # a request that was sent again has made it late
         first_time = now if first_time is None else first_time
         yield now - first_time, words
-        late = time.monotonic() - begin - due
-        due += trend_options.interval * max(1, -(-late // trend_options.interval))
+        delay = time.monotonic() - begin - due_time
+        due_time += trend_options.interval * max(1, -(-delay // trend_options.interval))
 
 
 def _loop_channels(encoding: AnyEncoding, source: Plc) -> Iterator[Channel]:

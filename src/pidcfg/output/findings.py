@@ -184,7 +184,7 @@ def check_loaded(document: Document, reader: Reader, settings: CheckSettings) ->
 
     findings = check_any(document, reader)
     ignored: list[IgnoredFinding] = []
-    known: list[Diagnostic] = []
+    known_findings: list[Diagnostic] = []
 
     def is_wanted(d: Diagnostic) -> bool:
         return is_chosen(d, settings.select, settings.ignore)
@@ -202,8 +202,8 @@ def check_loaded(document: Document, reader: Reader, settings: CheckSettings) ->
 
         files = {settings.file_of(document.file)}
         comparison = compare(findings, is_wanted, parse_baseline(settings.baseline), files, settings.file_of)
-        findings, known = comparison.new, comparison.known
-    return CheckResult(document, tuple(filter(is_wanted, findings)), tuple(ignored), tuple(known))
+        findings, known_findings = comparison.new, comparison.known
+    return CheckResult(document, tuple(filter(is_wanted, findings)), tuple(ignored), tuple(known_findings))
 
 
 @frozen

@@ -262,16 +262,16 @@ def _put_into_loop(
     """
     from pidcfg.output.retune import forecast_words, retune_loop
 
-    written, values = retune_loop(result.gains, target, file, limits, heating=result.heating)
+    retuned, values = retune_loop(result.gains, target, file, limits, heating=result.heating)
     plant = result.plant
     if plant is not None and not result.heating:
         plant = replace(plant, gain=-plant.gain)
-    forecast = forecast_words(written, conditions, plant, result.gains, _record_scale(result, record_name))
+    forecast = forecast_words(retuned, conditions, plant, result.gains, _record_scale(result, record_name))
     judgement = result.judgement if forecast.why else replace(result.judgement, answer=forecast.answer)
     return replace(
         result,
-        written=written,
-        vendor=gains_as_held(written.vendor, values, heating=result.heating),
+        written=retuned,
+        vendor=gains_as_held(retuned.vendor, values, heating=result.heating),
         around=conditions,
         forecast=forecast,
         judgement=judgement,

@@ -288,9 +288,9 @@ def _plan_loop(plc: Plc, i: int, loop: Loop | None, connections: Connections, la
     name, selector = plc.loops[i], connections.selectors.get(i)
     if plc.is_on_off(i):
         time = ON_OFF_SAMPLES * sample
-        rest, is_set = _find_rest(plc, i, (0.1, 0.9))
+        rest_pv, is_set = _find_rest(plc, i, (0.1, 0.9))
         return LoopPlan(
-            i, name, sample, sign * ON_OFF_GAIN, time, 4 * time, rest, 0.0, (0.0, 1.0), crossover=1 / time,
+            i, name, sample, sign * ON_OFF_GAIN, time, 4 * time, rest_pv, 0.0, (0.0, 1.0), crossover=1 / time,
             integrates=False, is_on_off=True, needs_setpoint=is_set,
         )  # fmt: skip
     integrates = plc.integrates(i, plc.signal_values)
@@ -307,15 +307,12 @@ def _plan_loop(plc: Plc, i: int, loop: Loop | None, connections: Connections, la
         bottom, top = quiet_range(loop)
         bounds = (bottom - low) / (high - low), (top - low) / (high - low)
         length = max(WATCHED_TIME / crossover, 2 * float(loop.tuning.integral_time), 10 * sample)
-    rest, is_set = _find_rest(plc, i, bounds, loop)
+    rest_pv, is_set = _find_rest(plc, i, bounds, loop)
     low, high, _ = plc.scales[i]
-    dead_band = (
-        0.0
-        if plc.root_zeros and plc.root_zeros[i] is not None
-        else plc.dead_band(i, plc.signal_values) / abs(high - low)
-    )
+    root_zero = plc.root_zeros[i] if plc.root_zeros else None
+    dead_band = plc.dead_band(i, plc.signal_values) / abs(high - low) if root_zero is None else 0.0
     plan = LoopPlan(
-        i, name, sample, sign * gain, time, length, rest, output, limits, crossover=crossover, integrates=integrates,
+        i, name, sample, sign * gain, time, length, rest_pv, output, limits, crossover=crossover, integrates=integrates,
         needs_setpoint=is_set, selector=selector, neutral_loop=loop, dead_band=dead_band,
         disturbance=DISTURBANCE_SHARE if integrates else 0.0,
         stiffness=0.0 if integrates or loop is None else crossover * time,

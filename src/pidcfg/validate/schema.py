@@ -60,13 +60,13 @@ def key_for_term(key: str, model: type[BaseModel]) -> str | None:
 
     Only for the cure: whether the number means the same there (a time, a gain) is the writer's to say.
     """
-    known = keys_of(model)
+    known_keys = keys_of(model)
     nested_hints = [f"{name}: {{{key}: …}}" for name, inner in _inner_models(model) if key in keys_of(inner)]
     if nested_hints:
         return " or ".join(dict.fromkeys(nested_hints))
-    event_hints = [f"{SET_KEY}: {{{name}: …}}" for name in SETTABLE_KEYS] if {SET_KEY, "at"} <= {*known} else []
-    return key_of_term(key, [*known, *event_hints]) or next(
-        (n for n in known if _sorted_words(n) == _sorted_words(key)), None
+    event_hints = [f"{SET_KEY}: {{{name}: …}}" for name in SETTABLE_KEYS] if {SET_KEY, "at"} <= {*known_keys} else []
+    return key_of_term(key, [*known_keys, *event_hints]) or next(
+        (n for n in known_keys if _sorted_words(n) == _sorted_words(key)), None
     )
 
 

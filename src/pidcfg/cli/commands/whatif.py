@@ -34,9 +34,9 @@ class RecordedFiles(RememberedFiles):
     def __init__(self) -> None:
         self.contents: dict[str, bytes] = {}
 
-    def read(self, name: str, most: int) -> bytes:
+    def read(self, name: str, max_bytes: int) -> bytes:
         """The first bytes of a file."""
-        data = super().read(name, most)
+        data = super().read(name, max_bytes)
         self.contents[name] = data
         return data
 

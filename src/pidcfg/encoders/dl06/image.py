@@ -154,7 +154,7 @@ def make_scales(
     """The scales ``pv``, ``sp`` and ``output`` from the formats and the ranges of PV and output."""
     return {
         "pv": Scale(FORMATS[pv_format], ranges[0]),
-        "sp": Scale(FORMATS[pv_format], ranges[0], root=root),
+        "sp": Scale(FORMATS[pv_format], ranges[0], has_root=root),
         "output": Scale(FORMATS[output_format or pv_format], ranges[1]),
     }
 

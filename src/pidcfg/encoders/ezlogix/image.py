@@ -68,7 +68,7 @@ def _loop_blocks(i: int, loop: Loop) -> Iterator[Block]:
 def scales_of(pv: PvSection | PvSettings, output: OutputSection | OutputSettings, *, root: bool) -> dict[str, Scale]:
     """The scales ``pv``, ``sp`` and ``output`` of a loop's registers; ``root``: it extracts the root of its PV."""
     form = counts_format(*(pv.counts or (0, CV_FULL)))
-    return {"pv": Scale(form, pv.range), "sp": Scale(form, pv.range, root=root), "output": Scale(CV, output.range)}
+    return {"pv": Scale(form, pv.range), "sp": Scale(form, pv.range, has_root=root), "output": Scale(CV, output.range)}
 
 
 def unset_limits(scales: Mapping[str, Scale]) -> Data:

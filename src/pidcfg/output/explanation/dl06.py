@@ -77,19 +77,19 @@ def _setup_text(word: Word, raw: int) -> str:
     is_pointer = word.offset == SETUP_WORDS.offset_of("loop_table")
     setup = check_setup(raw, 1) if is_pointer else check_setup(CPU.lower[0], raw)
     digits = f"{raw:04X}".lstrip("0") or "0"
-    shown = v_name(raw) if is_pointer else digits
+    shown_word = v_name(raw) if is_pointer else digits
     if setup.flags:
         bit = setup.flags.bit_length() - 1
         flag = next(row.title for row in SETUP_WORDS.bits if bit in row.bits)
         effect = f"no loop runs; bit {bit} of {v_name(ERROR_FLAGS)} goes on"
         is_number = is_pointer or setup.count
-        return f"{shown}: {effect} ({flag})" if is_number else f"{shown}, no BCD number: {effect}"
+        return f"{shown_word}: {effect} ({flag})" if is_number else f"{shown_word}, no BCD number: {effect}"
     if not is_pointer:
-        return "0: no loop runs" if setup.count == 0 else shown
+        return "0: no loop runs" if setup.count == 0 else shown_word
     max_loops = min(CPU.loops, ((CPU.lower_end if raw < CPU.upper[0] else CPU.upper_end) + 1 - raw) // LOOP_TABLE.size)
     limit_text = "" if max_loops == CPU.loops else f"; more than {max_loops} do not fit"
     flag_text = f" and set bit 3 of {v_name(ERROR_FLAGS)}" if limit_text and raw < CPU.upper[0] else ""
-    return f"{shown}, room for {max_loops} loop{'' if max_loops == 1 else 's'}{limit_text}{flag_text}"
+    return f"{shown_word}, room for {max_loops} loop{'' if max_loops == 1 else 's'}{limit_text}{flag_text}"
 
 
 def _transfer_text(source: tuple[int, int, int] | int | None, *, reads: bool) -> str:

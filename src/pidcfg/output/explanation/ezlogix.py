@@ -51,9 +51,8 @@ def error_text(word: Word, raw: int, scaling: Scaling) -> str:
     if word is not ERROR_WORD:
         return ""
     scale = scaling.scales.get("sp")
-    return (
-        f"{raw - 0x10000 if raw & SIGN_BIT else raw} counts of the {'root of the PV' if scale and scale.root else 'PV'}"
-    )
+    quantity = "root of the PV" if scale and scale.has_root else "PV"
+    return f"{raw - 0x10000 if raw & SIGN_BIT else raw} counts of the {quantity}"
 
 
 DUTY_NAMES = {"cv_low": "Min", "cv_high": "Max"}

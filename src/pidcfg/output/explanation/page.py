@@ -124,7 +124,7 @@ class Placement(NamedTuple):
 def is_on_raw_signal(word: Word, scales: Mapping[str, Scale]) -> bool:
     """Whether a word is compared with the PV of which the loop takes the root."""
     root = scales.get("sp")
-    return word.scale == "pv" and root is not None and root.root
+    return word.scale == "pv" and root is not None and root.has_root
 
 
 def raw_signal_share(word: Word, raw: int, scales: Mapping[str, Scale]) -> tuple[Decimal, Decimal | None]:
@@ -187,7 +187,7 @@ def _raw_signal_text(word: Word, raw: int, scaling: Scaling) -> str:
 
 def _share_text(word: Word, raw: int, scale: Scale) -> str:
     """How far along its data format a raw position is, in percent."""
-    if not isinstance(word.codec, Position) or scale.root:
+    if not isinstance(word.codec, Position) or scale.has_root:
         return ""
     counts = scale.format.codec.decode(raw)
     share = PERCENT * (counts - scale.format.minimum) / scale.format.span

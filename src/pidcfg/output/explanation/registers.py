@@ -227,21 +227,21 @@ class Registers(Book):
     def value(self, record: RegisterRecord, raw: int, scaling: Scaling, *, bits: bool) -> Value:
         """A content as it is shown, and what it says; ``bits``: they say it."""
         word, kind = record.word, self.kind_of(record.table)
-        shown = self.raw_text(kind, raw)
+        raw_text = self.raw_text(kind, raw)
         content = raw if self.hexadecimal else kind.show(raw)
         if bits:
-            return Value(content, shown)
+            return Value(content, raw_text)
         code = self.code(word.name, raw)
         if code is not None:
-            return Value(content, shown, code.title)
+            return Value(content, raw_text, code.title)
         other_text = next((series.other_text for series in self.series if series.codes[0].register == word.name), "")
         if other_text:
-            return Value(content, shown, "", other_text)
+            return Value(content, raw_text, "", other_text)
         try:
             text = self.content_text(word, raw, scaling)
         except DecodeError as error:
-            return Value(content, shown, "", f"{error}: this is no value of the register")
-        return Value(content, shown, f"{text} (decimal {raw})" if self.is_binary(word) else text)
+            return Value(content, raw_text, "", f"{error}: this is no value of the register")
+        return Value(content, raw_text, f"{text} (decimal {raw})" if self.is_binary(word) else text)
 
     def content_text(self, word: Word, raw: int, scaling: Scaling) -> str:
         """A content in words, with what is doubtful about it; raises `DecodeError` where it is no value."""

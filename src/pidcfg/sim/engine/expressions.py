@@ -96,13 +96,13 @@ def _find_signal(name: str, names: Sequence[str]) -> str | None:
     loop, point, part = name.casefold().rpartition(".")
     wanted = f"{loop}{point}{SIGNAL_SYNONYMS.get(part, part)}"
     folded = [(one.casefold(), one) for one in names]
-    for same in (
+    for matches in (
         [one for text, one in folded if text == name.casefold()],
         [one for text, one in folded if text == wanted],
         [one for text, one in folded if not point and text.endswith(f".{wanted}")],
     ):
-        if same:
-            return same[0] if len(same) == 1 else None
+        if matches:
+            return matches[0] if len(matches) == 1 else None
     return None
 
 

@@ -170,14 +170,14 @@ class Influence:
         """Whether an event moves a loop's PV or its set point; one that changes nothing moves nothing."""
         if any(event is one for one in self.idle_events):
             return False
-        known, moved = self._event_cache.get(id(event), (None, frozenset()))
+        known, moved_signals = self._event_cache.get(id(event), (None, frozenset()))
         if known is not event:
-            moved = self.moved_by_event(event)
+            moved_signals = self.moved_by_event(event)
             if len(self._event_cache) >= MAX_CACHED_EVENTS:  # a batch has new ones in each sample
                 self._event_cache.clear()
-            self._event_cache[id(event)] = event, moved
+            self._event_cache[id(event)] = event, moved_signals
         config = self.plc.configs[loop]
-        return config.pv_slot in moved or config.sp_slot in moved
+        return config.pv_slot in moved_signals or config.sp_slot in moved_signals
 
     def plants_between(self, loop: int) -> Sequence[str]:
         """The plants by which a loop's output moves its PV."""

@@ -324,26 +324,26 @@ def advance(
         if channel_count > 0:
             read_channels(k, channels, signals, code, constants, stack)
         scan(k * tick, configs, states, aux, signals)
-        now = k - zero
+        run_step = k - zero
         for i in range(count):
             state = states[i]
             meter = loop_meters[i]
             if state.status != meter.status or state.notice != 0 or state.aux_status != meter.aux_status:
-                write_log(now, i, state, meter, onsets, rows, counts)
-            if 0 < now < final_step:
-                measure_loop(now, meter, signals)
+                write_log(run_step, i, state, meter, onsets, rows, counts)
+            if 0 < run_step < final_step:
+                measure_loop(run_step, meter, signals)
             else:
-                measure_edge(now, meter, signals)
+                measure_edge(run_step, meter, signals)
         if counts[2] > 0:
-            watch_bands(now, bands, loop_meters, signals)
+            watch_bands(run_step, bands, loop_meters, signals)
         if gauge_count > 0:
-            read_gauges(now, gauges, signals)
+            read_gauges(run_step, gauges, signals)
         if benefit_count > 0:
             compare_errors(reference.benefits, loop_meters, signals, reference.signal_values)
-        if interval > 0 and now % interval == 0:
-            at = counts[1] * len(trend_slots)
+        if interval > 0 and run_step % interval == 0:
+            first_value = counts[1] * len(trend_slots)
             for i in range(len(trend_slots)):
-                trend[at + i] = signals[trend_slots[i]]
+                trend[first_value + i] = signals[trend_slots[i]]
             counts[1] += 1
         k += 1
     return k

@@ -191,13 +191,13 @@ def next_value(p: Plant, u: float, a: float, b: float, c: float, d: float) -> fl
 
 def move_valve(p: Plant, u: float, max_move: float, band: float) -> float:
     """The position of a valve: it sticks until it is off by its band, then moves at its rate (kernel)."""
-    away = u - p.x
-    if p.moving == 0 and abs(away) > band:
+    distance = u - p.x
+    if p.moving == 0 and abs(distance) > band:
         p.moving = 1
     if p.moving == 1:
-        if away > max_move:
+        if distance > max_move:
             p.x += max_move
-        elif away < -max_move:
+        elif distance < -max_move:
             p.x -= max_move
         else:
             p.x = u

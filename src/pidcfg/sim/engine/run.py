@@ -270,12 +270,12 @@ def swinging_loops(plc: Plc, influence: Influence) -> set[int]:
     return {i for i in loops if i in sources or plc.configs[i].pv_slot in moved}
 
 
-def swings_alike(past: Sequence[tuple[float, float]], scale: tuple[float, float, int]) -> bool:
-    """Whether a PV swings between the same extremes: ``past`` has the lowest and highest of each window."""
-    if len(past) < 2 * CYCLE_WINDOWS:
+def swings_alike(windows: Sequence[tuple[float, float]], scale: tuple[float, float, int]) -> bool:
+    """Whether a PV swings between the same extremes: ``windows`` has the lowest and highest of each window."""
+    if len(windows) < 2 * CYCLE_WINDOWS:
         return False
-    before, now = past[-2 * CYCLE_WINDOWS : -CYCLE_WINDOWS], past[-CYCLE_WINDOWS:]
-    (low_before, high_before), (low_now, high_now) = _window_extremes(before), _window_extremes(now)
+    earlier, last = windows[-2 * CYCLE_WINDOWS : -CYCLE_WINDOWS], windows[-CYCLE_WINDOWS:]
+    (low_before, high_before), (low_now, high_now) = _window_extremes(earlier), _window_extremes(last)
     low, high, counts = scale
     least = max(STEADY_SHARE, STEADY_COUNTS / counts) * abs(high - low)
     slack = max(CYCLE_SHARE * (high_now - low_now), least)

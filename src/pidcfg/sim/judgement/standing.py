@@ -252,25 +252,25 @@ def judge_mode(e: Evidence, i: int) -> Judgement:
         return ignored_verdict
     if not m.wanted_bits:
         return proven_verdict("reaches each mode that it is meant for")
-    wanted, mode = e.plc.mode(m.wanted_bits), e.last_mode(i)
-    if any(x.loop == name and isinstance(x.mode, ForbiddenMode) and x.mode.mode == wanted for x in e.scenario.expect):
-        return unjudged_verdict(f"{name} is expected never to be in {wanted}")
+    target, mode = e.plc.mode(m.wanted_bits), e.last_mode(i)
+    if any(x.loop == name and isinstance(x.mode, ForbiddenMode) and x.mode.mode == target for x in e.scenario.expect):
+        return unjudged_verdict(f"{name} is expected never to be in {target}")
     if not m.bits_since_wanted & m.wanted_bits:
-        return failed_verdict(f"is meant for {wanted} and stays in {mode}{_reason_text(e, i)}", 0.0)
+        return failed_verdict(f"is meant for {target} and stays in {mode}{_reason_text(e, i)}", 0.0)
     if ignored_verdict is not None:
         return ignored_verdict
     k, since = e.unmet_events.get(i, (0, 0))
     if i in e.unmet_events and m.control_since - since > TOLERATED_SHARE * e.last:
         return open_verdict(f"the event at {e.seconds(k):g} s met {e.plc.mode(0)}: nothing was tested")
     if m.status & m.wanted_bits:
-        return proven_verdict(f"reaches {wanted} and ends in it")
+        return proven_verdict(f"reaches {target} and ends in it")
     at = e.seconds(m.left_at)
     cause = _leaving_event(e, i) or next(
         (f"an expectation names {mode}" for x in e.scenario.expect if x.loop == name and x.mode == mode), ""
     )
     if cause:
         return unjudged_verdict(f"in {mode} from {at:g} s: {cause}")
-    return failed_verdict(f"is meant for {wanted} and ends in {mode}, from {at:g} s{_reason_text(e, i)}", at)
+    return failed_verdict(f"is meant for {target} and ends in {mode}, from {at:g} s{_reason_text(e, i)}", at)
 
 
 def _judge_ignored_event(e: Evidence, i: int) -> Judgement | None:

@@ -88,16 +88,16 @@ def samples_that_show(share: float, passed: int, samples: int) -> int | None:
     """About how many samples show a share, if as many of them hold as of these; None where no number of them does."""
     if passed / samples <= share:
         return None
-    few, many = samples, samples
-    while lower_bound(many * passed // samples, many) < share:
-        few, many = many, 2 * many
-        if many > MAX_SAMPLES:
+    lower, upper = samples, samples
+    while lower_bound(upper * passed // samples, upper) < share:
+        lower, upper = upper, 2 * upper
+        if upper > MAX_SAMPLES:
             return None
-    while few + 1 < many:
-        middle = (few + many) // 2
+    while lower + 1 < upper:
+        middle = (lower + upper) // 2
         shown = lower_bound(middle * passed // samples, middle) >= share
-        few, many = (few, middle) if shown else (middle, many)
-    return many
+        lower, upper = (lower, middle) if shown else (middle, upper)
+    return upper
 
 
 # ----------------------------------------------------------------------------------------------------------------------

@@ -510,10 +510,10 @@ class Job:
     engine: Literal["python", "numba"]
     limits: Limits
 
-    def read(self, name: str, most: int) -> bytes:
+    def read(self, name: str, max_bytes: int) -> bytes:
         """As a `pidcfg.text.reader.Reader`: the only other file that there is."""
         del name
-        return self.config[:most]
+        return self.config[:max_bytes]
 
     def resolve(self, name: str, other: str) -> str:
         """As a `pidcfg.text.reader.Reader`."""

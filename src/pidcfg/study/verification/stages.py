@@ -353,17 +353,17 @@ def _pv_step_stage(b: Bench, loop: Loop, other: Loop) -> Stage:
     kick = filter_share * float(tuning.derivative_time) / (constants[0] + b.sample)
     windup = samples * b.sample / integral if integral else 0.0
     low, high = b.rest_out - b.limits[0], b.limits[1] - b.rest_out
-    room = _nearer_limit(b)
+    limit_distance = _nearer_limit(b)
     band = float(max(loop.deadband, other.deadband)) / b.span
-    size = min(OUTPUT_SHARE * room / (gain * (1 + max(kick, windup))), max(MAX_PV_STEP, STEP_BANDS * band))
-    down = low > high + MIN_WAY_SHARE or low < MIN_WAY_SHARE
-    if gain * MIN_STEP_BANDS * band > room:  # from the other limit there is more room
-        b = replace(b, rest_out=b.limits[1 if down else 0] + (-LIMIT_ZONE if down else LIMIT_ZONE))
+    size = min(OUTPUT_SHARE * limit_distance / (gain * (1 + max(kick, windup))), max(MAX_PV_STEP, STEP_BANDS * band))
+    is_down = low > high + MIN_WAY_SHARE or low < MIN_WAY_SHARE
+    if gain * MIN_STEP_BANDS * band > limit_distance:  # from the other limit there is more room
+        b = replace(b, rest_out=b.limits[1 if is_down else 0] + (-LIMIT_ZONE if is_down else LIMIT_ZONE))
         size = max(size, TRANSFER_BANDS * band)
-        down = not down
+        is_down = not is_down
     else:
         size = max(size, MIN_STEP_BANDS * band)
-    move = b.sign * _visible_move(b, size * b.span) * (-1.0 if down else 1.0)
+    move = b.sign * _visible_move(b, size * b.span) * (-1.0 if is_down else 1.0)
     hold = samples * b.sample
     acts = (Act(0.0, pv_offset=move), Act(hold, pv_offset=0.0))
     return _make_sweep(b, "answer", "a step of the PV and back", acts, 2 * hold, ALL_SIGNALS)
@@ -432,15 +432,19 @@ def _limit_stages(b: Bench, loop: Loop) -> Iterator[Stage]:
     """The PV far away until the integral is beyond the range of the output, and a little to the other side."""
     gain, integral = _gain_share(b, loop), float(loop.tuning.integral_time)
     for name, sign in (("high", 1.0), ("low", -1.0)):
-        by = -b.sign * sign * FAR_PV_SHARE * (b.rest_pv - b.low if b.sign * sign > 0 else b.high - b.rest_pv)
-        each = gain * abs(by) / b.span * b.sample / integral if integral else 1.0
-        far = min(max(ceil(WINDUP_SHARE / each), MIN_STEP_SAMPLES), MAX_STEP_SAMPLES) * b.sample
+        move = -b.sign * sign * FAR_PV_SHARE * (b.rest_pv - b.low if b.sign * sign > 0 else b.high - b.rest_pv)
+        each = gain * abs(move) / b.span * b.sample / integral if integral else 1.0
+        hold = min(max(ceil(WINDUP_SHARE / each), MIN_STEP_SAMPLES), MAX_STEP_SAMPLES) * b.sample
         back = b.sign * sign * _visible_move(b, min(RETURN_SHARE / gain, SMALL_STEP) * b.span)
-        acts = (Act(0.0, pv_offset=by), Act(far, pv_offset=back), Act(far + RETURN_SAMPLES * b.sample, pv_offset=0.0))
+        acts = (
+            Act(0.0, pv_offset=move),
+            Act(hold, pv_offset=back),
+            Act(hold + RETURN_SAMPLES * b.sample, pv_offset=0.0),
+        )
         title = f"into the {name} limit of the output and back"
         low, high = b.limits
         near = replace(b, rest_out=high - LIMIT_ZONE * (high - low) if sign > 0 else low + LIMIT_ZONE * (high - low))
-        yield _make_sweep(near, f"{name} limit", title, acts, far + 2 * RETURN_SAMPLES * b.sample, CLOSED_LOOP)
+        yield _make_sweep(near, f"{name} limit", title, acts, hold + 2 * RETURN_SAMPLES * b.sample, CLOSED_LOOP)
 
 
 def _deadband_stages(b: Bench, loop: Loop, other: Loop) -> Iterator[Stage]:

@@ -132,7 +132,7 @@ def _reported_fields(
     source's ends.
     """
     one, two = neutral_values(loop, other)
-    own = flatten(other) if other.output.range == PERCENT else two
+    target = flatten(other) if other.output.range == PERCENT else two
     for path in differing_fields(one, two):
         if path == ACTION or path in LABEL_FIELDS:
             continue
@@ -141,11 +141,7 @@ def _reported_fields(
         is_end = "limits" in path and two.get(path) in {one.get(f"{section}.range.0"), one.get(f"{section}.range.1")}
         width = _range_width(path, one)
         row = next(
-            (
-                row
-                for row in rows
-                if is_end or _is_listed(path, one.get(path), two.get(path), own.get(path), row, width)
-            ),
+            (r for r in rows if is_end or _is_listed(path, one.get(path), two.get(path), target.get(path), r, width)),
             None,
         )
         if row is not None:
@@ -169,16 +165,16 @@ def _is_about(row: Change, path: str, neutral_by_key: Mapping[str, Sequence[str]
     return not row.field.startswith(PREFIX) and any(do_overlap(path, name) for name in names)
 
 
-def _is_listed(path: str, before: Any, after: Any, own: Any, row: Change, width: Decimal = NO_WIDTH) -> bool:
+def _is_listed(path: str, before: Any, after: Any, target: Any, row: Change, width: Decimal = NO_WIDTH) -> bool:
     """Whether a target's value is the one that a line of the report says.
 
-    ``own``: on the target's scale, which a line about a rounded number never excuses; ``width``: of the scale that a
+    ``target``: on the target's scale, which a line about a rounded number never excuses; ``width``: of the scale that a
     position is on.
     """
     one, two = number_of(before), number_of(after)
     if row.terms is not None and row.terms.field == path:
         return two is not None and abs(two - row.terms.held) <= SAME_TOLERANCE * max(abs(two), abs(row.terms.held))
-    is_said = _is_target(two, row) or (row.kind != "rounded" and _is_target(number_of(own), row))
+    is_said = _is_target(two, row) or (row.kind != "rounded" and _is_target(number_of(target), row))
     if not isinstance(after, bool | str) and two is not None and one is not None:
         most = (LINE_TOLERANCE * Decimal(row.error_percent) + MIN_ERROR) / 100
         is_near = abs(two - one) <= most * max(abs(one), abs(two), width)
@@ -288,15 +284,15 @@ def _drop_key(config: Any, vendor: Vendor, i: int, key: str) -> Any:
     entry = value_at(config, path)
     try:
         if isinstance(path[-1], int) and CONDITION_KEY in getattr(type(entry), "model_fields", {}):
-            changed = replace_value(config, (*path, CONDITION_KEY), value=False)  # a copy that is never made
+            config_without = replace_value(config, (*path, CONDITION_KEY), value=False)  # a copy that is never made
         else:
             owner = value_at(config, path[:-1])
             row = type(owner).model_fields[str(path[-1])]
             if row.is_required():
                 return config
-            changed = replace_value(config, path, value=row.get_default(call_default_factory=True))
-        encoder_of(vendor).encode(changed)
-        return config if loops_of(changed, vendor)[i] is None else changed
+            config_without = replace_value(config, path, value=row.get_default(call_default_factory=True))
+        encoder_of(vendor).encode(config_without)
+        return config if loops_of(config_without, vendor)[i] is None else config_without
     except (AttributeError, *UNFIT_ERRORS):
         return config
 

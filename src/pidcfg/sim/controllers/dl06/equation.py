@@ -230,7 +230,7 @@ def raw_scales(bits: Values) -> dict[str, Scale]:
     """The scales of a loop's words, in counts."""
     pv = FORMATS[bits["pv.format"]]
     output = FORMATS[bits["output.format"] or bits["pv.format"]]
-    return {"pv": Scale(pv), "sp": Scale(pv, root=bits["pv.square_root"]), "output": Scale(output)}
+    return {"pv": Scale(pv), "sp": Scale(pv, has_root=bits["pv.square_root"]), "output": Scale(output)}
 
 
 def decode_block(
