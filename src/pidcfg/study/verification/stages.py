@@ -434,17 +434,13 @@ def _limit_stages(b: Bench, loop: Loop) -> Iterator[Stage]:
     for name, sign in (("high", 1.0), ("low", -1.0)):
         move = -b.sign * sign * FAR_PV_SHARE * (b.rest_pv - b.low if b.sign * sign > 0 else b.high - b.rest_pv)
         each = gain * abs(move) / b.span * b.sample / integral if integral else 1.0
-        hold = min(max(ceil(WINDUP_SHARE / each), MIN_STEP_SAMPLES), MAX_STEP_SAMPLES) * b.sample
+        end = min(max(ceil(WINDUP_SHARE / each), MIN_STEP_SAMPLES), MAX_STEP_SAMPLES) * b.sample
         back = b.sign * sign * _visible_move(b, min(RETURN_SHARE / gain, SMALL_STEP) * b.span)
-        acts = (
-            Act(0.0, pv_offset=move),
-            Act(hold, pv_offset=back),
-            Act(hold + RETURN_SAMPLES * b.sample, pv_offset=0.0),
-        )
+        acts = (Act(0.0, pv_offset=move), Act(end, pv_offset=back), Act(end + RETURN_SAMPLES * b.sample, pv_offset=0.0))
         title = f"into the {name} limit of the output and back"
         low, high = b.limits
         near = replace(b, rest_out=high - LIMIT_ZONE * (high - low) if sign > 0 else low + LIMIT_ZONE * (high - low))
-        yield _make_sweep(near, f"{name} limit", title, acts, hold + 2 * RETURN_SAMPLES * b.sample, CLOSED_LOOP)
+        yield _make_sweep(near, f"{name} limit", title, acts, end + 2 * RETURN_SAMPLES * b.sample, CLOSED_LOOP)
 
 
 def _deadband_stages(b: Bench, loop: Loop, other: Loop) -> Iterator[Stage]:
