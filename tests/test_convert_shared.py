@@ -486,6 +486,17 @@ def test_nothing_is_lost_with_a_field_that_says_what_every_loop_is_like(changed,
     assert _is_default(neutral(**changed).loops[0], field) is is_default
 
 
+def test_a_configuration_without_a_neutral_form_says_what_all_of_its_loops_lack():
+    plain = {"sample_rate": 1, "action": "direct", "tuning": {"gain": 1}}
+    loops = [{"name": name, **plain, "pv": pv} for name, pv in (("A", {}), ("B", {"range": [0, 9]}), ("C", {}))]
+    config = VENDORS["dl06"].model.model_validate(
+        {"pidcfg": 1, "vendor": "dl06", "plc": {"loop_table": "V2000"}, "loops": loops}
+    )
+    with pytest.raises(ConvertError, match=r"add pv.range.*; add pv.range") as refused:
+        neutral_loops(config, VENDORS["dl06"])
+    assert [entry.path for entry in refused.value.missing] == [("loops", i, "pv", "range") for i in (0, 2)]
+
+
 def test_what_is_wrong_with_all_loops_is_no_problem_of_one():
     loops = [{**LOOP, "name": f"L{i}"} for i in range(9)]
     config = GenericFile.model_validate({"pidcfg": 1, "vendor": "generic", "loops": loops})

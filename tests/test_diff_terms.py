@@ -419,6 +419,15 @@ def test_a_set_point_that_the_file_leaves_to_the_operator_is_left_out():
     assert (loops(result)["LIC-103"].operated, loops(result)["LIC-103"].left_out) == ((), ("setpoint.value",))
 
 
+@pytest.mark.parametrize(("value", "address"), [(0, ""), ('"2048 counts"', "V2102")])
+def test_a_set_point_that_one_side_leaves_to_the_operator_has_one_key_in_both_directions(value, address):
+    line = '    setpoint: {value: "2048 counts"}        # raw counts are always possible\n'
+    left, given = (edited(REACTOR, (line, other)) for other in ("", f"    setpoint: {{value: {value}}}\n"))
+    for sides in ((left, given), (given, left)):
+        told = [(d.key, d.address) for d in loops(pidcfg.diff(*sides))["LIC-103"].differences]
+        assert told == [("setpoint.value", address)]
+
+
 def test_a_table_that_the_file_leaves_alone_is_no_difference_to_a_listing():
     bare = REACTOR[: REACTOR.index("      steps:")] + REACTOR[REACTOR.index("  - name: LIC-103") :]
     assert pidcfg.diff(bare, pidcfg.encode(REACTOR, "ihex").text, names=(None, "upload.hex")).same

@@ -392,14 +392,14 @@ class Comparison:
         rows = _LoopDifferences()
         for key in _keys_of_both(one, two):
             a, b = one.items.get(key), two.items.get(key)
-            item = b or a
+            item = b or a or Item(key)
             verdict = self._judge_key((one, two), rename_loops(a, names), b)
-            if item is not None and verdict == "missing":
+            if verdict == "missing":
                 rows.missing.append(item.key)
-            elif item is not None and verdict == "live":
+            elif verdict == "live":
                 rows.live_keys.append(item.key)
             elif verdict != "same":
-                difference = self._make_difference(two.name, a or Item(key), b or Item(key))
+                difference = self._make_difference(two.name, a or Item(item.key), b or Item(item.key))
                 if _is_off(key, one) and _is_off(key, two):
                     difference = replace(difference, risk="low", note=ALARM_OFF_NOTE)
                 (rows.operator_differences if verdict == "operated" else rows.differences).append(difference)
@@ -445,7 +445,7 @@ class Comparison:
         return "operated" if is_value and "operated" in kinds else "differs"
 
     def _make_difference(self, loop: str, one: Item, two: Item) -> Difference:
-        key = two.key if two.address or not one.address else one.key
+        key = two.key
         unit, before, after = _in_one_unit(one, two)
         is_scaled = {type(before), type(after)} == {str} != {type(one.value), type(two.value)}
         neutral, risk, note = judge_key(key, self.find_fields(loop, key), before, after, is_scaled=is_scaled)
