@@ -243,7 +243,8 @@ def _refuse_reference(row: Row, table: Table, text: str, number: int) -> None:
     """Refuses what two people read differently (D890)."""
     five_digit, six_digit = FIRST_REFERENCE[table]
     if len(text) > 1 and text[0] == "0" and text[1] not in "xX":
-        raise row.error_in("register", f"{text} may be a number or a reference; write {number} or {max(number - 1, 0)}")
+        meant = f"{number} or {number - 1}" if number else "0"
+        raise row.error_in("register", f"{text} may be a number or a reference; write {meant}")
     first = next((n for n in (five_digit, six_digit) if n > 1 and n <= number < n + MAX_FIVE_DIGIT_REGISTER), None)
     if first is not None and text[1] not in "xX":
         other = f", or 0x{number:X} if {number} itself is meant" if number <= WORD_MAX else ""
