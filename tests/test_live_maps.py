@@ -330,7 +330,7 @@ def test_a_plc_without_parameters_that_a_map_could_name():
         ("DF1,holding,0,float32,sideways", (1, 23), "'sideways' is no order; write low-first or high-first"),
         ("R1,holding,0,uint16\nsymbol,table,register,type", (2, 8), "'table' is no table"),
         ("device,table,register", (1, 1), "'device' is none of the columns"),
-        ("R1,holding,00,uint16", (1, 12), "00 may be a number or a reference; write 0 or 0"),
+        ("R1,holding,00,uint16", (1, 12), "00 may be a number or a reference; write 0"),
         ("R1,none", (1, 4), "cannot be without"),
         ("R1,none,5", (1, 4), "but the row says more"),
         ("R1,holding,x,uint16", (1, 12), "no register; write 0 to 65535"),
