@@ -140,7 +140,7 @@ def test_the_table_of_errors_is_in_the_order_of_its_numbers_and_names_registers(
     numbers = [error.number for error in ERRORS]
     assert numbers == sorted(set(numbers))
     names = {w.name for table in TABLES for w in table.words}
-    assert {e.register for e in ERRORS} | {e.crossed for e in ERRORS if e.crossed} <= names
+    assert {e.register for e in ERRORS} | {e.upper_register for e in ERRORS if e.upper_register} <= names
     named = {w.name for t in (C_BLOCK, DS_BLOCK, DF_BLOCK) for w in t.words if w.access != "reserved"}
     assert named - {*MODE_BITS} | {"reserved_10"} == set(SUFFIXES)
 

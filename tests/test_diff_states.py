@@ -11,7 +11,7 @@ import pidcfg as pidcfg_package
 from command import run_text
 from pidcfg.cli.formats.conversion import render_differences
 from pidcfg.cli.formats.findings import markdown_cell
-from pidcfg.conversion.differences import TROUBLES, TUNE_RUNNING
+from pidcfg.conversion.differences import STATE_RULES, TUNE_RUNNING
 from pidcfg.encoders.maps import click, ezlogix, nextopid
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -217,9 +217,9 @@ def test_a_state_is_told_between_vendors(tmp_path):
 
 def test_every_bit_and_number_of_the_maps_that_tells_of_a_state_is_tried():
     tried = {(vendor, register) for vendor, register, *_ in STATES} | {("dpide", "PID_MODE"), ("nextopid", "AutoTune")}
-    named = {(vendor, row.register) for vendor, rows in TROUBLES.items() for row in rows}
+    named = {(vendor, row.register) for vendor, rows in STATE_RULES.items() for row in rows}
 
     assert {(v, r.partition(".")[0] + "." if r.startswith("ErrBits.") else r) for v, r in tried} == named - {
         ("nextopid", "Error")
     }
-    assert {bit for row in TROUBLES["dl06"] for bit in row.bits if row.register == "error_flags"} == {0, 1, 2, 3}
+    assert {bit for row in STATE_RULES["dl06"] for bit in row.bits if row.register == "error_flags"} == {0, 1, 2, 3}

@@ -13,7 +13,7 @@ from pidcfg.api import simulate
 from pidcfg.sim.controllers.click import OPERATION_DECISIONS as CLICK
 from pidcfg.sim.controllers.dl06 import OPERATION_DECISIONS as DL06
 from pidcfg.sim.controllers.ezlogix import SIGNAL_DECISIONS as EZLOGIX
-from pidcfg.sim.controllers.kernels import GOAL_ENDS
+from pidcfg.sim.controllers.kernels import GOAL_ENDED
 from pidcfg.sim.engine import recording as run_decisions
 
 LAG = "plants:\n  L1: {model: first_order, time_constant: 10}\n"
@@ -132,7 +132,7 @@ def test_d643_a_mode_that_an_event_requests_before_ends_both_and_the_log_says_so
     columns, report = run(WITH_ALARM, EMPTY, *events, engine=engine)
     assert modes(report)[-1] == (8.0, "auto", None)
     assert set(columns["L1.SP"][8:]) == {columns["L1.PV"][8]}, "Bumpless I; nobody writes 2000"
-    assert notes(report) == [(2.0, GOAL_ENDS)]
+    assert notes(report) == [(2.0, GOAL_ENDED)]
 
 
 def test_d643_a_request_after_the_set_point_has_been_written_ends_nothing():
@@ -144,8 +144,8 @@ def test_d643_a_mode_that_was_reached_is_not_told_as_one_that_was_not():
     slow = dl06(loop("mode: auto, setpoint: {value: 2000}", sample_rate=5))
     _, report = run(slow, LAG, "{at: 3, loop: L1, mode: manual}", duration=50)
     assert modes(report)[0] == (0.0, "auto", None)
-    assert notes(report) == [(3.0, GOAL_ENDS)]
-    assert "not yet been in its configured mode for a sample" in GOAL_ENDS
+    assert notes(report) == [(3.0, GOAL_ENDED)]
+    assert "not yet been in its configured mode for a sample" in GOAL_ENDED
 
 
 @pytest.mark.parametrize("event", ["mode: auto", "mode: manual", "autotune: start"])
@@ -153,7 +153,7 @@ def test_d643_of_the_click(event):
     config = click("mode: auto, setpoint: {value: 50}, alarms: {hysteresis: 1}")
     events = "{at: 0, loop: L1, set: {reset_time: 0}}", f"{{at: 7, loop: L1, {event}}}"
     _, report = run(config, "plants: {L1: {model: first_order, time_constant: 20}}\n", *events, duration=60)
-    assert [note for note in notes(report) if note[1] == GOAL_ENDS] == [(7.0, GOAL_ENDS)]
+    assert [note for note in notes(report) if note[1] == GOAL_ENDED] == [(7.0, GOAL_ENDED)]
 
 
 def test_d644_a_major_loop_waits_without_a_word_until_its_minor_loop_is_refused():

@@ -17,8 +17,8 @@ from pidcfg.conversion.builder import (
     without_unused_terms,
 )
 from pidcfg.conversion.differences import (
-    Compared,
     Difference,
+    LoopComparison,
     Status,
     judge_difference,
     judge_key,
@@ -50,14 +50,14 @@ EQUAL_TOLERANCE = Decimal("1e-6")
 """Relative difference of numbers that count as equal."""
 
 
-def compare_loops(before: NeutralSide, after: NeutralSide) -> list[Compared]:
+def compare_loops(before: NeutralSide, after: NeutralSide) -> list[LoopComparison]:
     """Loop by loop: matched by name, then by their order."""
     rows = []
     for i, j in match_loops(before.names, after.names):
         if j is None and i is not None:
-            rows.append(Compared(before.names[i], "removed"))
+            rows.append(LoopComparison(before.names[i], "removed"))
         elif i is None and j is not None:
-            rows.append(Compared(after.names[j], "added"))
+            rows.append(LoopComparison(after.names[j], "added"))
         elif i is not None and j is not None:
             rows.append(rank_by_risk(after.names[j], _neutral_differences(before, i, after, j)))
     return rows
@@ -352,31 +352,33 @@ class Comparison:
         self.before, self.after, self.find_fields, self.with_live = before, after, find_fields, with_live
         self.are_listings = (before.is_listing, after.is_listing)
 
-    def rows(self) -> list[Compared]:
+    def rows(self) -> list[LoopComparison]:
         """Every loop; blocks, and at the end the rest of the file, only where there is something to tell of them."""
         pairs = pairs_of(self.before.owners, self.after.owners)
         moves = {id(two): place for two, place in moved_loops(pairs)}
         names = {one.name: two.name for one, two in pairs if one and two and one.name != two.name}
-        rows: list[Compared] = []
-        file_rows: list[Compared] = []
+        rows: list[LoopComparison] = []
+        file_rows: list[LoopComparison] = []
         for one, two in pairs:
             row, kinds = self._compare_owners((one, two), names, moves), {owner.kind for owner in (one, two) if owner}
             if "loop" in kinds or not _is_silent(row):
                 (file_rows if "file" in kinds else rows).append(row)
         return rows + file_rows
 
-    def _compare_owners(self, pair: Pair, names: Mapping[str, str], places: Mapping[int, tuple[str, str]]) -> Compared:
+    def _compare_owners(
+        self, pair: Pair, names: Mapping[str, str], places: Mapping[int, tuple[str, str]]
+    ) -> LoopComparison:
         one, two = pair
         if SIGNALS in {owner.kind for owner in pair if owner}:
             one, two = one or Owner(SIGNALS, SIGNALS), two or Owner(SIGNALS, SIGNALS)
         if one is None:
-            return Compared(two.name if two else "", "added")
+            return LoopComparison(two.name if two else "", "added")
         if two is None:
-            return Compared(one.name, "removed")
+            return LoopComparison(one.name, "removed")
         rows = self._compare_keys(one, two, names)
         place, is_renamed = places.get(id(two)), one.name != two.name
         status: Status = "renamed" if is_renamed else "moved" if place else "changed" if rows.differences else "same"
-        return Compared(
+        return LoopComparison(
             two.name,
             status,
             sort_by_risk(_without_repeats(rows.differences)),
@@ -471,7 +473,7 @@ def _is_off(key: str, owner: Owner) -> bool:
     return key.startswith(ALARM_PREFIX) and key not in bits and bit is not None and bit.is_known and not bit.content
 
 
-def _is_silent(row: Compared) -> bool:
+def _is_silent(row: LoopComparison) -> bool:
     return row.same and not (row.operated or row.left_out or row.missing)
 
 

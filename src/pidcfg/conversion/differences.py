@@ -69,7 +69,7 @@ class State:
 
 
 @frozen
-class Compared:
+class LoopComparison:
     """A loop on both sides, or on one side only."""
 
     loop: str
@@ -94,7 +94,7 @@ class Compared:
         """Whether nothing differs that counts, and the loop runs as it is set up."""
         return self.status == "same"
 
-    def with_states(self, states: tuple[State, ...]) -> Compared:
+    def with_states(self, states: tuple[State, ...]) -> LoopComparison:
         """The same, and what listings say of its state; that is no setting of the operator's beside it."""
         told_keys = {state.key for state in states}
         operated = tuple(d for d in self.operated if d.key not in told_keys)
@@ -102,10 +102,10 @@ class Compared:
         return replace(self, states=states, operated=operated, status=status)
 
 
-def rank_by_risk(loop: str, differences: Iterable[Difference]) -> Compared:
+def rank_by_risk(loop: str, differences: Iterable[Difference]) -> LoopComparison:
     """A loop on both sides, what can go most wrong first."""
     rows = sort_by_risk(differences)
-    return Compared(loop, "changed" if rows else "same", rows)
+    return LoopComparison(loop, "changed" if rows else "same", rows)
 
 
 def sort_by_risk(differences: Iterable[Difference]) -> tuple[Difference, ...]:
@@ -276,7 +276,7 @@ D921 = Decision(
 )
 
 
-class Trouble(NamedTuple):
+class StateRule(NamedTuple):
     """A register or parameter that tells of a state, and which contents do; ``text`` may quote them, and a meaning."""
 
     register: str
@@ -292,28 +292,28 @@ TUNE_RUNNING = "an auto-tune is running"
 OUTPUT_ERRORS = ("ErrBits.", "Error", "AutoTuneError")
 """Outputs of NextoPID's blocks that tell of an error, and the structure of the error bits."""
 # fmt: off
-TROUBLES: Mapping[str, tuple[Trouble, ...]] = {
+STATE_RULES: Mapping[str, tuple[StateRule, ...]] = {
     "dl06": (
-        Trouble("mode_and_alarm_status", "error", bits=(10, 11, 13)),
-        Trouble("mode_and_alarm_status", "tuning", TUNE_RUNNING, bits=(12,)),
-        Trouble("ramp_soak_errors", "error", bits=(0, 1, 4)),
-        Trouble("error_flags", "error", bits=(0, 1, 2, 3)),
+        StateRule("mode_and_alarm_status", "error", bits=(10, 11, 13)),
+        StateRule("mode_and_alarm_status", "tuning", TUNE_RUNNING, bits=(12,)),
+        StateRule("ramp_soak_errors", "error", bits=(0, 1, 4)),
+        StateRule("error_flags", "error", bits=(0, 1, 2, 3)),
     ),
     "click": (
-        Trouble("error_code", "error", "error {content}{meaning}"),
-        Trouble("autotune_request", "tuning", TUNE_RUNNING),
+        StateRule("error_code", "error", "error {content}{meaning}"),
+        StateRule("autotune_request", "tuning", TUNE_RUNNING),
     ),
     "ezlogix": (
-        Trouble("autotune_status", "tuning", f"{TUNE_RUNNING}{{meaning}}", contents=(1, 2)),
-        Trouble("autotune_status", "error", "autotune error {content}{meaning}", contents=(5, 6, 7, 8, 9, 10)),
+        StateRule("autotune_status", "tuning", f"{TUNE_RUNNING}{{meaning}}", contents=(1, 2)),
+        StateRule("autotune_status", "error", "autotune error {content}{meaning}", contents=(5, 6, 7, 8, 9, 10)),
     ),
     "dpide": (
-        Trouble("PID_RUN", "stopped", "PID_RUN is FALSE{meaning}", contents=(False,)),
-        Trouble("PID_MODE", "tuning", TUNE_RUNNING, contents=(1,)),
+        StateRule("PID_RUN", "stopped", "PID_RUN is FALSE{meaning}", contents=(False,)),
+        StateRule("PID_MODE", "tuning", TUNE_RUNNING, contents=(1,)),
     ),
     "nextopid": (
-        *(Trouble(name, "error", "{register} is TRUE{meaning}", contents=(True,)) for name in OUTPUT_ERRORS),
-        Trouble("AutoTune", "tuning", f"AutoTune is TRUE: {TUNE_RUNNING}, or holds MV at its end", contents=(True,)),
+        *(StateRule(name, "error", "{register} is TRUE{meaning}", contents=(True,)) for name in OUTPUT_ERRORS),
+        StateRule("AutoTune", "tuning", f"AutoTune is TRUE: {TUNE_RUNNING}, or holds MV at its end", contents=(True,)),
     ),
 }
 # fmt: on
@@ -328,22 +328,22 @@ def states_of(subject: Subject, other: Subject) -> Iterator[tuple[str, State]]:
     if subject.reading is None:
         return
     other_words = other.encoding.image.words if other.reading is None and other.vendor is subject.vendor else {}
-    troubles = TROUBLES.get(subject.vendor.key, ())
+    rules = STATE_RULES.get(subject.vendor.key, ())
     for owner, register, number, content, meanings in _listing_contents(subject):
-        for trouble in troubles:
-            if _tells_of(trouble, register) and other_words.get(number, object()) != content:
+        for rule in rules:
+            if _matches_register(rule, register) and other_words.get(number, object()) != content:
                 yield from (
-                    (owner, state) for state in _content_states(trouble, subject, register, number, content, meanings)
+                    (owner, state) for state in _content_states(rule, subject, register, number, content, meanings)
                 )
 
 
-def _tells_of(trouble: Trouble, register: str) -> bool:
-    name = trouble.register
+def _matches_register(rule: StateRule, register: str) -> bool:
+    name = rule.register
     return register.startswith(name) if name.endswith(".") else register == name
 
 
 def _content_states(
-    trouble: Trouble, subject: Subject, register: str, number: object, content: Any, meanings: Mapping[int | None, str]
+    rule: StateRule, subject: Subject, register: str, number: object, content: Any, meanings: Mapping[int | None, str]
 ) -> Iterator[State]:
     """The states that a content shows."""
     space = subject.encoding.space
@@ -352,14 +352,14 @@ def _content_states(
         if space is None
         else (space.name(number), space.content_text(number, content))
     )
-    for bit in trouble.bits:
+    for bit in rule.bits:
         if content >> bit & 1:
-            yield State(trouble.kind, trouble.text.format(meaning=meanings[bit]), register, f"{address}.{bit}", "1")
-    if not trouble.bits and (content in trouble.contents if trouble.contents else content):
-        text = trouble.text.removesuffix("{meaning}")
+            yield State(rule.kind, rule.text.format(meaning=meanings[bit]), register, f"{address}.{bit}", "1")
+    if not rule.bits and (content in rule.contents if rule.contents else content):
+        text = rule.text.removesuffix("{meaning}")
         meaning = _content_meaning(subject.vendor, register, content) or meanings.get(None, "")
-        more = f": {meaning}" if meaning and text != trouble.text else ""
-        yield State(trouble.kind, text.format(content=content, register=register) + more, register, address, word)
+        more = f": {meaning}" if meaning and text != rule.text else ""
+        yield State(rule.kind, text.format(content=content, register=register) + more, register, address, word)
 
 
 def _content_meaning(vendor: Vendor, register: str, content: object) -> str:

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from pidcfg.conversion import text_of
-from pidcfg.conversion.differences import Compared, Difference
+from pidcfg.conversion.differences import Difference, LoopComparison
 from pidcfg.conversion.terms import CONFIGURATION_KEY
 from pidcfg.encoders.codecs import DecodeError
 from pidcfg.encoders.contract import encoder_of, formats_of, tables_of
@@ -389,7 +389,7 @@ def _unread_finding(document: Document, path: KeyPath, names: Sequence[str], why
     )
 
 
-def _loop_findings(loop: Compared, document: Document, register: Callable[[str], str]) -> Iterator[Diagnostic]:
+def _loop_findings(loop: LoopComparison, document: Document, register: Callable[[str], str]) -> Iterator[Diagnostic]:
     index = next((i for i, name in enumerate(_loop_names(document)) if name in {loop.loop, loop.was}), None)
     loop_path: KeyPath = ("loops",) if index is None else ("loops", index)
     if loop.status in {"added", "removed"}:

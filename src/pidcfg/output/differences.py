@@ -19,7 +19,7 @@ from pidcfg.conversion.comparison import (
     neutral_fields,
     neutral_side,
 )
-from pidcfg.conversion.differences import RISKS, Compared, Status, states_of
+from pidcfg.conversion.differences import RISKS, LoopComparison, Status, states_of
 from pidcfg.conversion.terms import Subject
 from pidcfg.conversion.vendor_terms import raw_terms, terms_of
 from pidcfg.encoders.codecs import DecodeError
@@ -206,7 +206,7 @@ class DiffResult:
     document: Document | None = None
     refused: str = ""
     """The side that the findings are of, and its name."""
-    loops: tuple[Compared, ...] = ()
+    loops: tuple[LoopComparison, ...] = ()
     sources: tuple[Configuration, Configuration] | None = None
     """Configuration and vendor of both sides."""
     verified: tuple[VerifiedLoop, ...] | None = None
@@ -364,8 +364,8 @@ def compare_sides(
 
 
 def _with_states(
-    rows: Sequence[Compared], subjects: tuple[Subject, Subject], names: tuple[str, str]
-) -> Iterator[Compared]:
+    rows: Sequence[LoopComparison], subjects: tuple[Subject, Subject], names: tuple[str, str]
+) -> Iterator[LoopComparison]:
     """The comparison, with what the listings say of loops that do not run as they are set up."""
     before, after = ([loop.name for loop in subject.config.loops] for subject in subjects)
     partners = {row.was: row.loop for row in rows if row.was}
@@ -378,7 +378,7 @@ def _with_states(
             for name in [owner] if owner else (before, after)[i]:
                 row = name if i else partners.get(name, name)
                 states.setdefault(row, []).append(replace(state, side=names[i] if both_listings else ""))
-    unchanged = [Compared(name, "same") for name in states if name not in {row.loop for row in rows}]
+    unchanged = [LoopComparison(name, "same") for name in states if name not in {row.loop for row in rows}]
     yield from (row.with_states(tuple(states.get(row.loop, ()))) for row in (*rows, *unchanged))
 
 
@@ -397,7 +397,7 @@ def _compare_word_by_word(
     return DiffResult(*names, loops=tuple(rows), notes=(WORD_BY_WORD_NOTE,))
 
 
-def _compare_within_vendor(first: Subject, second: Subject, *, live: bool) -> list[Compared]:
+def _compare_within_vendor(first: Subject, second: Subject, *, live: bool) -> list[LoopComparison]:
     """The comparison within a vendor."""
     before, after = (terms_of(subject) for subject in (first, second))
     fields = [fields_of(subject.vendor, subject.config, subject.encoding) for subject in (first, second)]

@@ -11,7 +11,7 @@ from pidcfg.output.findings import short_repr
 from pidcfg.output.process import (
     KnownProcess,
     filtered_process,
-    gains_as_held,
+    make_vendor_gains,
     model_of,
     process_of,
     reduce_transfer,
@@ -271,7 +271,7 @@ def _put_into_loop(
     return replace(
         result,
         written=retuned,
-        vendor=gains_as_held(retuned.vendor, values, heating=result.heating),
+        vendor=make_vendor_gains(retuned.vendor, values, heating=result.heating),
         around=conditions,
         forecast=forecast,
         judgement=judgement,

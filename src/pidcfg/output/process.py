@@ -292,7 +292,7 @@ class Target:
 
         ranges = (self.pv_range or (0.0, 1.0), self.output_range or (0.0, 100.0))
         spans = (float(high) - float(low) for low, high in ranges)
-        return gains_as_held(self.vendor, fit_gains(gains, self.vendor, *spans), heating=heating)
+        return make_vendor_gains(self.vendor, fit_gains(gains, self.vendor, *spans), heating=heating)
 
 
 def warn_of_unit(vendor: Vendor | None, vendor_gains: VendorGains | None) -> tuple[str, ...]:
@@ -307,7 +307,7 @@ def warn_of_unit(vendor: Vendor | None, vendor_gains: VendorGains | None) -> tup
     return tuple(f"{v.key} is in min: write `reset_unit: minutes` beside it, or its number counts as s" for v in rows)
 
 
-def gains_as_held(vendor: Vendor, values: Sequence[FittedNumber], *, heating: bool | None) -> VendorGains:
+def make_vendor_gains(vendor: Vendor, values: Sequence[FittedNumber], *, heating: bool | None) -> VendorGains:
     """The three numbers of a PLC with its word for the action."""
     words = tables_of(vendor).TUNING_NUMBERS
     action = None if heating is None else words.heating if heating else words.cooling

@@ -235,7 +235,7 @@ class LoopPlan:
     neutral_loop: Loop | None = None
     dead_band: float = 0.0
     """Its dead band."""
-    stiffness: float = 0.0
+    loop_gain: float = 0.0
     """Of a loop without an integral: by how much it opposes an error, the gain of loop and plant together."""
 
     @property
@@ -315,7 +315,7 @@ def _plan_loop(plc: Plc, i: int, loop: Loop | None, connections: Connections, la
         i, name, sample, sign * gain, time, length, rest_pv, output, limits, crossover=crossover, integrates=integrates,
         needs_setpoint=is_set, selector=selector, neutral_loop=loop, dead_band=dead_band,
         disturbance=DISTURBANCE_SHARE if integrates else 0.0,
-        stiffness=0.0 if integrates or loop is None else crossover * time,
+        loop_gain=0.0 if integrates or loop is None else crossover * time,
     )  # fmt: skip
     return replace(plan, step=_step_size(plan, bounds))
 
@@ -339,7 +339,7 @@ def _step_size(plan: LoopPlan, bounds: tuple[float, float]) -> float:
     up = min(STEP_SHARE * (bounds[1] - plan.rest_pv), reach * (more if plan.sign > 0 else less))
     down = min(STEP_SHARE * (plan.rest_pv - bounds[0]), reach * (less if plan.sign > 0 else more))
     max_step = max(SETPOINT_STEP, STEP_PER_BAND * (plan.dead_band + SETTLED_SHARE)) if plan.dead_band else SETPOINT_STEP
-    max_step = max_step if plan.integrates or plan.stiffness else SMALL_STEP
+    max_step = max_step if plan.integrates or plan.loop_gain else SMALL_STEP
     size = min(max_step, max(up, down))
     return 0.0 if size < MIN_STEP else size if up >= size else -size
 
@@ -538,7 +538,7 @@ def _tolerance_lines(units: PlanUnits, size: float) -> Iterator[Line]:
     """What each loop leaves of an error by its dead band, or without an integral, and what is left beside it."""
     for plan in units.plans.values():
         span, step = units.pv_span(plan), abs(plan.step * size)
-        offset = step / (1 + plan.stiffness) if plan.stiffness else 0.0
+        offset = step / (1 + plan.loop_gain) if plan.loop_gain else 0.0
         reasons = [f"its dead band is {round_to_digits(plan.dead_band * span, 3):g}"] * bool(plan.dead_band)
         if offset:
             share_text = f"{round_to_digits(offset * span, 3):g} of a step of {round_to_digits(step * span, 3):g}"

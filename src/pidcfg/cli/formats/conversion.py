@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from pidcfg.conversion import Change
-    from pidcfg.conversion.differences import Compared, Difference, State
+    from pidcfg.conversion.differences import Difference, LoopComparison, State
     from pidcfg.conversion.pipeline import LoopReport
     from pidcfg.output.conversion import ConvertResult
     from pidcfg.output.differences import DiffResult
@@ -417,7 +417,7 @@ def differences_json(result: DiffResult) -> str:
 # --- what both formats say --------------------------------------------------------------------------------------------
 
 
-def _loop_heading(entry: Compared) -> str:
+def _loop_heading(entry: LoopComparison) -> str:
     """A loop, and what became of it as a whole."""
     parts = []
     if entry.was:
@@ -483,7 +483,7 @@ def _state_text(state: State) -> str:
     return f"{side}{state.text} ({state.address} {state.word})"
 
 
-def _extra_lines(entry: Compared) -> Iterator[str]:
+def _extra_lines(entry: LoopComparison) -> Iterator[str]:
     """What is told of a loop without being a difference."""
     if entry.left_out:
         yield f"left out, since it runs: {_list_first(entry.left_out)} (--live)"

@@ -261,7 +261,7 @@ UNUSED_CONTENTS = {"pv.filter": Decimal(100)}
 class PidError:
     """One of the PLC's PID errors: its number, the register, and its limits, both ends inclusive (None: no limit).
 
-    ``crossed`` names the register that this one may not exceed.
+    ``upper_register`` names the register that this one may not exceed.
     """
 
     number: int
@@ -269,7 +269,7 @@ class PidError:
     title: str
     low: Decimal | None = None
     high: Decimal | None = None
-    crossed: str | None = None
+    upper_register: str | None = None
 
 
 def _range_error(register: str, title: str, bound: Limits) -> PidError:
@@ -286,7 +286,7 @@ ERRORS = (
     PidError(20, "setpoint", "set point is not a number"),
     PidError(21, "setpoint_lower", "SP lower limit is not a number"),
     PidError(22, "setpoint_upper", "SP upper limit is not a number"),
-    PidError(23, "setpoint_lower", "SP lower limit above the upper limit", crossed="setpoint_upper"),
+    PidError(23, "setpoint_lower", "SP lower limit above the upper limit", upper_register="setpoint_upper"),
     _range_error("deadband", "error deadband", limits.DEADBAND),
     PidError(25, "bias", "bias is not a number"),
     _range_error("proportional_gain", "proportional gain", limits.GAIN),
@@ -296,7 +296,7 @@ ERRORS = (
     _range_error("autotune_hysteresis", "autotune output hysteresis", limits.HYSTERESIS),
 )
 """The errors in the order of their numbers; DSn+00 holds the lowest one that is active."""
-SETPOINT_CROSSED = next(error.number for error in ERRORS if error.crossed is not None)
+SETPOINT_CROSSED = next(error.number for error in ERRORS if error.upper_register is not None)
 OUTPUT_BELOW_ZERO = next(error.number for error in ERRORS if error.register == "output_lower")
 
 WRITERS = (
@@ -409,15 +409,15 @@ OUTPUT_RULES = ("CK363",)
 
 
 def _code(error: PidError) -> Code:
-    wrong = "crossed" if error.crossed is not None else "number" if error.low is None else "limits"
+    fault_kind = "crossed" if error.upper_register is not None else "number" if error.low is None else "limits"
     cure = {
         "crossed": "Put the lower limit below the upper one, or switch one of them off (Cn+00, Cn+01).",
         "number": "Write a number into the register; a calculation of the program has left something else there.",
         "limits": "Write a value that is allowed."
         + (f" {UNWRITTEN_TEXT}" if error.low is not None and error.low > 0 else "")
         + (" There is an upper bound too, which is not known." if error.number == OUTPUT_BELOW_ZERO else ""),
-    }[wrong]
-    rules = {"crossed": CROSSED_RULES, "number": (), "limits": ("PID101",)}[wrong]
+    }[fault_kind]
+    rules = {"crossed": CROSSED_RULES, "number": (), "limits": ("PID101",)}[fault_kind]
     if error.number == OUTPUT_BELOW_ZERO:
         rules = OUTPUT_RULES
     basis = D101 if error.register == "autotune_hysteresis" else ERROR_LIST

@@ -526,7 +526,7 @@ def _number_of(value: Decimal | Wire) -> Decimal | None:
 # --- The two moves of figure 16-1 in a configuration: MV into ManualMV in automatic, PV into SP in manual -------------
 
 
-class Bumpless(NamedTuple):
+class BumplessMoves(NamedTuple):
     """The numbers of the moves of a loop; None: it has none of this kind."""
 
     holds_mv: int | None
@@ -535,9 +535,9 @@ class Bumpless(NamedTuple):
     """PV is copied into SP while it is."""
 
 
-def bumpless_moves(encoding: NextopidEncoding, i: int) -> Bumpless:
+def bumpless_moves(encoding: NextopidEncoding, i: int) -> BumplessMoves:
     """The moves of figure 16-1 around an item: by what they read and write, whatever their signals are called."""
-    return Bumpless(
+    return BumplessMoves(
         _find_move(encoding, i, "MV", "ManualMV", in_manual=False), _find_move(encoding, i, "PV", "SP", in_manual=True)
     )
 

@@ -61,7 +61,7 @@ OPERATORS = {
     MULTIPLY: ("*", PRODUCT),
     DIVIDE: ("/", PRODUCT),
 }
-WORDS_OF_TRUTH = {value: word for word, value in BOOL_VALUES.items()}
+BOOL_TEXTS = {value: word for word, value in BOOL_VALUES.items()}
 
 
 @frozen
@@ -89,9 +89,11 @@ def plain_number_text(value: float) -> str:
     return repr(value).removesuffix(".0")
 
 
-WORDS = {op: name for name, (op, _, _) in FUNCTIONS.items()}
-ST_DIALECT = Dialect(real_text, {op: name.upper() for op, name in WORDS.items()}, {MINIMUM: 2, MAXIMUM: 2})
-PLAIN_DIALECT = Dialect(plain_number_text, WORDS, {FUNCTIONS[name][0]: FUNCTIONS[name][2] for name in ("min", "max")})
+FUNCTION_NAMES = {op: name for name, (op, _, _) in FUNCTIONS.items()}
+ST_DIALECT = Dialect(real_text, {op: name.upper() for op, name in FUNCTION_NAMES.items()}, {MINIMUM: 2, MAXIMUM: 2})
+PLAIN_DIALECT = Dialect(
+    plain_number_text, FUNCTION_NAMES, {FUNCTIONS[name][0]: FUNCTIONS[name][2] for name in ("min", "max")}
+)
 COMPACT_DIALECT = Dialect(PLAIN_DIALECT.number, PLAIN_DIALECT.functions, PLAIN_DIALECT.max_arguments, "")
 """As configuration files have it, for an expression that would be too long with blanks."""
 
@@ -110,7 +112,7 @@ def print_expression(
         elif op == SIGNAL:
             stack.append(Piece(name(operand), ATOM))
         elif op == TRUTH:
-            stack.append(Piece(WORDS_OF_TRUTH[operand], ATOM))
+            stack.append(Piece(BOOL_TEXTS[operand], ATOM))
         elif op in (NEGATE, NOT):
             stack.append(Piece(f"{'-' if op == NEGATE else 'NOT '}{_atom_text(stack.pop())}", SIGN))
         elif op in (ABSOLUTE, ROOT):

@@ -506,7 +506,7 @@ def _with_share(setting: Setting, share: SignalShare | None, unit: str) -> Setti
     pv_text = share.pv_clause(unit)
     unit_text = f"{setting.unit} of a linear PV" if setting.unit == unit else setting.unit
     per_text = f" per {share.time_unit}" if share.time_unit else ""
-    meaning = f"{setting.meaning} Compared with the signal before the root: {share.percent} % of it{per_text}"
+    meaning = f"{setting.meaning} LoopComparison with the signal before the root: {share.percent} % of it{per_text}"
     return replace(setting, unit=unit_text, meaning=f"{meaning}{f', {pv_text}' if pv_text else ''}.")
 
 

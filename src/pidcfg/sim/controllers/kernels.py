@@ -271,7 +271,7 @@ REASON_BITS = 9
 """A notice is a reason, and above these bits the requested mode (`Plc.request_code`; 0: nobody requested one)."""
 REQUEST_BITS = 3
 """Room for the requested mode: a bit for each of three modes, or a number up to 7."""
-GOAL_ENDS = (
+GOAL_ENDED = (
     "the loop had not yet been in its configured mode for a sample: that mode is not requested any more, and a "
     "configured set point is not written"
 )

@@ -221,8 +221,8 @@ RANGES = {
 def is_active(error: PidError, n: Mapping[str, float]) -> bool:
     """Whether an error's condition holds; infinities are not numbers either, and limits count only when both are on."""
     value = n[error.register]
-    if error.crossed is not None:
-        return bool(n["setpoint_lower_enable"] and n["setpoint_upper_enable"] and value > n[error.crossed])
+    if error.upper_register is not None:
+        return bool(n["setpoint_lower_enable"] and n["setpoint_upper_enable"] and value > n[error.upper_register])
     if not isfinite(value):
         return True
     limits = RANGES.get(error.register)

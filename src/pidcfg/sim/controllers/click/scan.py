@@ -60,7 +60,7 @@ from pidcfg.sim.controllers.click.equation import (
     start_tune,
     write_state,
 )
-from pidcfg.sim.controllers.kernels import GOAL_ENDS, NEVER, clamp, finite_or, single, tell_request
+from pidcfg.sim.controllers.kernels import GOAL_ENDED, NEVER, clamp, finite_or, single, tell_request
 from pidcfg.sim.controllers.plc import SWITCH_AND_TUNE, TICKS, Plc
 from pidcfg.sim.controllers.plc import ScanOptions as Options
 from pidcfg.sim.controllers.settings import NOT_NOW, Keys, RegisterError, Registers, WriteResult, items_of, rows_of
@@ -89,7 +89,7 @@ MODE_REASONS = {
     REFUSED_TUNING: "refused: Auto is entered from Manual; clearing the autotune request ends an autotune",
     OVERRIDE_STOP: "to Manual: the PLC went to STOP mode",
     ERROR_CLEARED: "no PID error any more",
-    GOAL_GIVEN_UP: GOAL_ENDS,
+    GOAL_GIVEN_UP: GOAL_ENDED,
 }
 MODE_NOTICES = {REFUSED_STOP, REFUSED_TUNING, OVERRIDE_STOP}
 """Reasons that concern the mode."""

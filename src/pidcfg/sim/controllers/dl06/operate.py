@@ -44,7 +44,7 @@ from pidcfg.sim.controllers.dl06.equation import (
     active_pv_alarms,
     renew_pv_alarms,
 )
-from pidcfg.sim.controllers.kernels import GOAL_ENDS, ROUNDING_MAGIC, step_to, tell_request
+from pidcfg.sim.controllers.kernels import GOAL_ENDED, ROUNDING_MAGIC, step_to, tell_request
 from pidcfg.sim.controllers.plc import TICKS
 from pidcfg.sim.controllers.settings import Keys, check_fit, rows_of
 
@@ -381,7 +381,7 @@ def advance_profile(config: Config, state: State, aux: list[float]) -> None:
 
 MODE_BITS = {"manual": bits.MANUAL, "auto": bits.AUTO, "cascade": bits.CASCADE}
 COMMANDS = {"start": bits.RS_START, "hold": bits.RS_HOLD, "resume": bits.RS_RESUME, "jog": bits.RS_JOG}
-REASONS = MODE_REASONS | RAMP_SOAK_REASONS | dl06_tune_results.REASONS | {GIVEN_UP: GOAL_ENDS}
+REASONS = MODE_REASONS | RAMP_SOAK_REASONS | dl06_tune_results.REASONS | {GIVEN_UP: GOAL_ENDED}
 SIGNALS = {
     "in_slot": "",
     "pv_slot": "PV",

@@ -114,8 +114,8 @@ class LoopView(SwitchedView[Loop]):
         value = self.value(error.register) or Decimal(0)
         if value and (held := self.register_value(error.register)) is not None:
             value = held
-        if error.crossed is not None:
-            ends = self.register_values(error.register, error.crossed)
+        if error.upper_register is not None:
+            ends = self.register_values(error.register, error.upper_register)
             return (
                 bool(ends) and ends[0] > ends[1] and self.setpoint_limit_on("lower") and self.setpoint_limit_on("upper")
             )
