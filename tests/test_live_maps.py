@@ -14,15 +14,26 @@ from live_rig import CLICK, Registers, run, words_of
 from map_rig import EXAMPLES, OFFERED, example, filled, numbered, virtual, words_by
 from pidcfg.encoders import modbus_map as map_template
 from pidcfg.encoders.codecs import DecodeError
-from pidcfg.encoders.listing import named_modbus_kind
+from pidcfg.encoders.dpide.files import device_of
+from pidcfg.encoders.listing import Place, named_modbus_kind
 from pidcfg.encoders.maps.click import SPACE as CLICK_SPACE
 from pidcfg.encoders.maps.ezlogix import MAP_SPACE
-from pidcfg.encoders.modbus_map import MapError, UnusableMapError, read_map, read_map_rows
-from pidcfg.encoders.parameters import raw_of, types_of
+from pidcfg.encoders.modbus_map import (
+    MapError,
+    NamedNumbering,
+    Point,
+    Symbols,
+    UnusableMapError,
+    bits_of_place,
+    read_map,
+    read_map_rows,
+    read_symbol_map,
+)
+from pidcfg.encoders.parameters import Entry, Program, raw_of, types_of
 from pidcfg.encoders.parameters import register_content as content_of
 from pidcfg.live.link import PlcError
 from pidcfg.live.reading import NamedRegisters
-from pidcfg.schemas.iec import AUTOTUNE_MODE, BOOL, DINT, INT, REAL, TIME, UINT, USINT
+from pidcfg.schemas.iec import AUTOTUNE_MODE, BOOL, DINT, INT, REAL, TIME, UINT, USINT, Wire
 from pidcfg.sim.controllers.settings import RegisterError
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.reader import DEFAULT
@@ -435,6 +446,109 @@ def test_how_a_map_may_be_written():
         assert quoted._replace(columns={}) == row._replace(columns={})
     (named,) = read_map_rows('"the ""first"" one",holding,0,uint16')
     assert named.symbol == 'the "first" one'
+
+
+def test_a_place_takes_every_bit_of_its_registers_or_its_own():
+    assert bits_of_place(Place("holding", 40)) == [("holding", 40, bit) for bit in range(16)]
+    assert bits_of_place(Place("input", 40, 2)) == [("input", at, bit) for at in (40, 41) for bit in range(16)]
+    assert bits_of_place(Place("holding", 40, 1, False, 15)) == [("holding", 40, 15)]
+
+
+def test_a_parameter_is_a_bit_a_word_or_two_by_its_place():
+    entries = (("A", BOOL, True), ("B", INT, -5), ("C", REAL, 1.5), ("D", REAL, Wire("X")), ("E", DINT, 70000))
+    program = Program("dpide", tuple(Entry(name, kind, raw, name, "L") for name, kind, raw in entries))
+    places = {
+        name: Place("holding", at, width) for name, at, width in (("A", 0, 1), ("B", 1, 1), ("D", 2, 2), ("E", 4, 2))
+    }
+    cells = [cell for cell, _ in NamedNumbering({}, places).cells(program)]
+    assert [(cell.address, cell.number, cell.raw, cell.kind.name, cell.loop) for cell in cells] == [
+        ("A", 0, 1, "bit", "L"),
+        ("B", 1, 0xFFFB, "word", "L"),
+        ("E", 4, 70000, "float", "L"),
+    ]
+
+
+SYMBOLS = Symbols(
+    "an operand",
+    {
+        point.name: point
+        for point in (
+            Point("L.SV", REAL, "L", needed=True, device="D100"),
+            Point("L.CYCLE", DINT, "L", needed=True, device="D102"),
+            Point("L.PID_DIR", BOOL, "L", needed=True, device="M5"),
+            Point("L.BIAS", REAL, "L", literal=True),
+        )
+    },
+    frozenset({"SV", "CYCLE", "PID_DIR", "BIAS"}),
+    device_of,
+)
+BANKS = "D0,holding,0,float32\nD0,holding,0,int32\nM0,coil,0,bool"
+
+
+@pytest.mark.parametrize(
+    ("text", "place", "said"),
+    [
+        (f"{BANKS}\nD0,holding,0,float32", (4, 1), "D0 stands here again; first in line 1"),
+        (
+            f"{BANKS}\nL.SV,holding,500,float32\nX.L.SV,holding,502,float32",
+            (5, 1),
+            "X.L.SV stands here again; first in",
+        ),
+        (f"{BANKS}\nL.BIAS,holding,0,uint16", (4, 18), "L.BIAS is REAL: float32, not uint16"),
+        (f"{BANKS}\nL.BIAS,holding,102,float32", (4, 16), r"D102 \(L.CYCLE\) and L.BIAS are both at holding 102"),
+        (f"{BANKS}\nL.BIAS,holding,99,float32", (4, 16), r"D100 \(L.SV\) and L.BIAS are both at holding 99"),
+        (
+            f"L.BIAS,holding,102,float32\n{BANKS}",
+            (3, 12),
+            r"D102 \(L.CYCLE\) and L.BIAS are both at .* by lines 1 and 3",
+        ),
+        (BANKS.replace("coil,0", "coil,65531"), (3, 9), r"M5 \(L.PID_DIR\) would be at 65536"),
+        (BANKS.replace("0,int32", "2,int32"), (2, 12), "D0 is at holding 0 by line 1, and cannot be elsewhere"),
+        (BANKS.replace("D0,holding,0,int32", "D0,input,0,int32"), (2, 10), "D0 is at holding 0 by line 1"),
+        (
+            BANKS.replace("M0", "M6"),
+            (3, 1),
+            r"no row says where M5 \(L.PID_DIR\) is; add M5,coil,REGISTER,bool, or L.PID",
+        ),
+        (f"M5,none\n{BANKS}", (1, 4), "M5 begins a bank; write L.PID_DIR,none$"),
+        (f"M9,none\n{BANKS}", (1, 4), "M9 begins a bank$"),
+        (f"{BANKS}\nD102,holding,0,float32", (4, 16), "D102 is L.CYCLE of type DINT: int32.*, not float32"),
+        ("L.Bias,none", (1, 1), "'L.Bias' is not an operand; did you mean L.BIAS"),
+        ("M.SV,none", (1, 1), r"no row says where D100 \(L.SV\), D102 \(L.CYCLE\), M5 \(L.PID_DIR\) is; add D100,"),
+    ],
+)
+def test_a_map_of_names_and_devices_is_refused_where_it_is_wrong(text, place, said):
+    with pytest.raises(MapError, match=said) as error:
+        read_symbol_map(text, SYMBOLS)
+    assert (error.value.line, error.value.column) == place
+
+
+def test_a_map_of_names_and_devices_says_where_each_parameter_is():
+    found = read_symbol_map(f"{BANKS}\nL.SV,none", SYMBOLS)
+    assert {name: place.register for name, place in found.places.items()} == {"L.CYCLE": 102, "L.PID_DIR": 5}
+    assert (found.unmapped, found.literals) == (("L.SV",), ("L.BIAS",))
+    nearer = read_symbol_map(f"{BANKS}\nD102,holding,700,int32\nL.BIAS,holding,800,float32", SYMBOLS)
+    assert {name: place.register for name, place in nearer.places.items()} == {
+        "L.SV": 100, "L.CYCLE": 700, "L.PID_DIR": 5, "L.BIAS": 800,
+    }  # fmt: skip
+    assert (nearer.unmapped, nearer.literals) == ((), ())
+    with pytest.raises(LookupError, match=r"no row of the map says where L\.MV is"):
+        nearer.place("L.MV")
+
+
+def test_the_nearest_row_before_a_device_counts_by_its_number():
+    rows = "\n".join(f"D{start},holding,{register},int32" for start, register in ((9, 9000), (20, 2000), (101, 700)))
+    places = read_symbol_map(f"{BANKS.replace('D0,holding,0,int32', rows)}", SYMBOLS).places
+    assert places["L.CYCLE"].register == 701
+
+
+@pytest.mark.parametrize(("count", "more"), [(1, ""), (5, ""), (6, " and 1 more"), (9, " and 4 more")])
+def test_five_parameters_without_a_row_are_named_and_the_others_counted(count, more):
+    points = {f"L.P{i}": Point(f"L.P{i}", REAL, "L", needed=True) for i in range(count)}
+    with pytest.raises(MapError) as error:
+        read_symbol_map("M.P0,none", Symbols("a parameter", points, frozenset({"P0"})))
+    add = "add L.P0,holding,REGISTER,float32,low-first, or L.P0,none where no register has it"
+    assert str(error.value) == f"no row says where {', '.join([*points][:5])}{more} is; {add}"
 
 
 def test_switches_behind_that_of_a_row_go_on_in_the_next_register():

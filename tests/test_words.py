@@ -14,13 +14,19 @@ from pidcfg.encoders.codecs import (
     FLAG,
     Bcd,
     Binary,
+    Choice,
     DecodeError,
+    Distance,
     EncodeError,
     Implied,
+    Pointer,
+    Position,
     Scale,
     SignMagnitude,
     Single,
+    pv_before_root,
     round_to_integer,
+    shortest_quantity,
     single_bits,
     typed_digits,
 )
@@ -219,6 +225,148 @@ def test_bipolar_range_has_its_middle_at_zero():
     assert [round_to_integer(scale.position(Quantity(Decimal(v)))) for v in (-100, 0, 100)] == [-4095, 0, 4095]
 
 
+def counts(number: int) -> Quantity:
+    """A number of counts."""
+    return Quantity(Decimal(number), counts=True)
+
+
+def units(text: str) -> Quantity:
+    """A number of engineering units."""
+    return Quantity(Decimal(text))
+
+
+@pytest.mark.parametrize(
+    ("name", "limits", "root", "values", "spans"),
+    [
+        ("12-bit unipolar", ("0", "4095"), False, {0: units("0"), 1: units("1"), 4095: units("4095")}, {}),
+        ("12-bit unipolar", ("50", "4145"), False, {0: units("50"), 95: units("145")}, {0: units("0"), 9: units("9")}),
+        ("12-bit bipolar", ("-100", "719"), False, {-4095: units("-100"), 0: units("309.5"), 4095: units("719")},
+         {10: units("1"), 4095: units("409.5"), 4096: counts(4096)}),
+        ("12-bit unipolar", ("0", "64"), True, {0: units("0"), 32: units("32"), 64: units("64"), 65: counts(65)},
+         {8: units("8"), 64: units("64"), 65: counts(65)}),
+        ("15-bit bipolar", None, False, {-5: units("-5"), 7: units("7")}, {7: units("7")}),
+    ],
+)  # fmt: skip
+def test_what_counts_mean_on_a_scale(name, limits, root, values, spans):
+    scale = Scale(FORMATS[name], limits and tuple(map(Decimal, limits)), root=root)
+    assert {count: scale.value(count) for count in values} == values
+    assert {count: scale.span_value(count) for count in spans} == spans
+    for count, value in values.items():
+        assert round_to_integer(scale.position(value)) == count
+        if limits and not value.counts:
+            assert abs(scale.meaning(count) - value.value) <= abs(value.value) / 1000
+    for count, span in spans.items():
+        assert round_to_integer(scale.distance(span)) == count
+        if limits and not span.counts:
+            assert abs(scale.meaning(count, distance=True) - span.value) <= abs(span.value) / 1000
+    zero, top = scale.ends
+    assert (zero, top) == (counts(0 if root else scale.format.minimum), counts(64 if root else scale.format.maximum))
+
+
+@pytest.mark.parametrize(
+    ("name", "raw", "percent", "value"),
+    [
+        ("12-bit unipolar", 0, 0, 20),
+        ("12-bit unipolar", 4095, 100, 70),
+        ("12-bit unipolar", 1024, 25.006, 45.003),
+        ("12-bit bipolar", -4095, 0, 20),
+        ("12-bit bipolar", 0, 50, 20),
+        ("12-bit bipolar", 4095, 100, 55.355),
+    ],
+)
+def test_what_a_pv_is_before_its_root(name, raw, percent, value):
+    """A signal of so many percent, and what its root stands for on the set point's range of 20 to 70."""
+    pv, root = (Scale(FORMATS[name], (Decimal(20), Decimal(70)), root=root) for root in (False, True))
+    assert tuple(map(float, pv_before_root(pv, root, raw))) == pytest.approx((percent, value), abs=0.001)
+    assert pv_before_root(pv, Scale(FORMATS[name], None, root=True), raw)[1] is None
+
+
+PLAIN = Scale(FORMATS["12-bit unipolar"], (Decimal(0), Decimal(4095)))
+ROOT = Scale(FORMATS["12-bit unipolar"], (Decimal(0), Decimal(100)), root=True)
+BIPOLAR = Scale(FORMATS["12-bit bipolar"], (Decimal(-4095), Decimal(4095)))
+
+
+@pytest.mark.parametrize(
+    ("codec", "scale", "value", "word", "meaning", "excess"),
+    [
+        (Position("sp"), ROOT, units("50"), 32, None, 0.004),
+        (Position("sp"), ROOT, units("49"), 31, 48.44, -0.356),
+        (Position("sp"), ROOT, counts(31), 31, None, 0),
+        (Position("sp"), ROOT, units("49")._replace(derived=True), 31, None, -0.356),
+        (Position("sp"), Scale(FORMATS["12-bit unipolar"]), units("5"), 5, None, 0),
+        (Position("pv"), BIPOLAR, units("-5.4"), 0x8005, None, 0.4),
+        (Position("pv"), BIPOLAR, units("-9.9"), 0x800A, None, -0.1),
+        (Distance("pv"), PLAIN, units("1.4"), 1, 1, -0.4),
+        (Distance("pv"), PLAIN, units("30.4"), 30, 30, -0.4),
+        (Distance("pv"), PLAIN, units("60.4"), 60, None, -0.4),
+        (Distance("pv"), PLAIN, counts(1), 1, None, 0),
+        (Distance("pv"), PLAIN, units("1.4")._replace(derived=True), 1, None, -0.4),
+    ],
+)
+def test_a_word_that_is_far_from_its_value_says_what_it_means(codec, scale, value, word, meaning, excess):
+    """Far is half a thousandth of the scale for a position, and a hundredth of itself for a band."""
+    assert codec.encode(value, scale) == word
+    coarse = codec.coarse_value(value, word, scale)
+    assert (coarse if coarse is None else float(coarse)) == (
+        meaning if meaning is None else pytest.approx(meaning, abs=0.01)
+    )
+    assert float(codec.rounding_excess(value, word, scale)) == pytest.approx(excess, abs=0.005)
+
+
+@pytest.mark.parametrize(
+    ("codec", "scale", "value", "ends", "stored"),
+    [
+        (Distance("pv"), PLAIN, units("4096"), (0, 4095), None),
+        (Distance("pv"), PLAIN, units("-1"), (0, 4095), None),
+        (Distance("pv"), PLAIN, counts(4096), (0, 4095), None),
+        (Distance("pv"), BIPOLAR, units("4096"), (0, 4095), None),
+        (Distance("pv"), ROOT, units("102"), (0, 100), 65),
+        (Distance("pv"), ROOT, counts(4095), (0, 64), 4095),
+        (Distance("pv"), ROOT, counts(4096), (0, 64), None),
+        (Position("sp"), PLAIN, units("4096"), (0, 4095), None),
+        (Position("sp"), PLAIN, units("-1"), (0, 4095), None),
+        (Position("sp"), BIPOLAR, units("-4096"), (-4095, 4095), None),
+        (Position("sp"), ROOT, units("102"), (0, 100), 65),
+        (Position("sp"), ROOT, counts(65), (0, 64), 65),
+    ],
+)
+def test_what_is_beyond_a_scale_is_told_with_its_ends(codec, scale, value, ends, stored):
+    with pytest.raises(EncodeError) as error:
+        codec.encode(value, scale)
+    assert (error.value.fault, str(error.value)) == ("range", OUTSIDE)
+    assert (error.value.low, error.value.high, error.value.stored) == (*ends, stored)
+
+
+def test_the_ends_of_a_scale_are_on_it_and_counts_are_whole():
+    half = Quantity(Decimal("1.5"), counts=True)
+    for codec in (Distance("pv"), Position("pv")):
+        assert [codec.encode(units(text), PLAIN) for text in ("0", "4095")] == [0, 4095]
+        assert [codec.encode(counts(number), ROOT) for number in (0, 64)] == [0, 64]
+        with pytest.raises(EncodeError, match="is not a whole number of counts") as error:
+            codec.encode(half, PLAIN)
+        assert error.value.fault == "form"
+    assert Distance("pv").encode(half._replace(derived=True), PLAIN) == 2
+
+
+@pytest.mark.parametrize(
+    ("exact", "accepted_text", "found"),
+    [
+        ("12.3456", "12.35", units("12.35")),
+        ("12.3456", "12", units("12")),
+        ("0.1234567890123456", "0.123456789012", units("0.123456789012")),
+        ("0.1234567890123456", "0.1234567890123", counts(7)),
+        ("1E+87", "1E+87", units("1E+87")),
+        ("1E+88", "1E+88", counts(7)),
+    ],
+)
+def test_the_shortest_number_that_means_the_same_has_twelve_places_at_most(exact, accepted_text, found):
+    assert shortest_quantity(Decimal(exact), lambda one: one.value == Decimal(accepted_text), 7) == found
+
+
+def test_the_shortest_number_has_no_sign_where_it_is_zero():
+    assert str(shortest_quantity(Decimal("-0.04"), lambda _: True, 7).value) == "0"
+
+
 def test_square_root_scale_runs_to_the_root_of_the_span():
     """Manual: divide the desired SP by the square root of the span: half of 4095 counts over 63.99 is 32."""
     scale = Scale(FORMATS["12-bit unipolar"], (Decimal(0), Decimal(100)), has_root=True)
@@ -365,8 +513,62 @@ def test_single_precision_rounds_to_the_nearest_ties_to_even(text, raw):
 
 
 @pytest.mark.parametrize(
+    ("codec", "value", "word"),
+    [
+        (Implied(), "0", 0),
+        (Implied(), "65535", 0xFFFF),
+        (Implied(1), "6553.5", 0xFFFF),
+        (Implied(2), "327.68", 0x8000),
+        (SIGNED, "-3276.8", 0x8000),
+        (SIGNED, "-0.1", 0xFFFF),
+        (SIGNED, "0.5", 5),
+        (SIGNED, "3276.7", 0x7FFF),
+        (Bcd(2), "0", 0),
+        (Bcd(2), "99.99", 0x9999),
+        (Single(), "0", 0),
+        (Single(), "1E-45", 1),
+        (Single(), "16777216", 0x4B800000),
+        (Single(), "3.4028235E+38", 0x7F7FFFFF),
+    ],
+)
+def test_each_end_of_a_word_is_a_value_of_it(codec, value, word):
+    assert codec.encode(Decimal(value)) == word
+    assert codec.decode(word) == Decimal(value)
+
+
+def test_zero_has_no_sign_in_single_precision():
+    assert Single().encode(Decimal("-0")) == 0
+    assert Single().decode(0x80000000) == 0
+
+
+def test_some_numbers_in_single_precision_need_nine_digits():
+    needed = {raw: len(Decimal(repr(SINGLE.show(raw))).as_tuple().digits) for raw in range(0x447A0000, 0x447A0040)}
+    assert max(needed.values()) == 9
+    assert all(SINGLE.read(SINGLE.show(raw)) == raw for raw in needed)
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_number_beside_half_way_between_two_is_not_taken_for_half_way(sign):
+    """Its double is one digit of a double away from it, and the next one is half way."""
+    half, digit = 1 + Decimal(2) ** -24, Decimal(2) ** -52
+    for part, raw in (("0.9", 0x3F800001), ("0.1", 0x3F800001), ("0", 0x3F800000), ("-0.1", 0x3F800000)):
+        assert Single().encode(sign * (half + Decimal(part) * digit)) == raw | (0x80000000 if sign < 0 else 0)
+
+
+def test_a_pointer_of_0_points_nowhere():
+    assert [Pointer.spell(word, SPACE.name) for word in (0, 1, 0o2000)] == ["none", "V1", "V2000"]
+
+
+@pytest.mark.parametrize(
     ("codec", "text"),
     [
+        (Single(), "float"),
+        (Position("pv"), "counts"),
+        (Distance("pv"), "counts, a difference"),
+        (Binary(), "binary"),
+        (FLAG, "0 false, 1 true"),
+        (Choice({0: "open", 1: "closed"}), "0 open, 1 closed"),
+        (Choice({0: 1, 1: 2}), "0 1, 1 2"),
         (Implied(), "integer"),
         (Implied(low_count=-1), "signed integer"),
         (Implied(2, off=(0, 9999)), "integer of 0.01, 0 and 9999 off"),

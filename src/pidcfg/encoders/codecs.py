@@ -105,7 +105,7 @@ class Bcd:
     def encode(self, value: Decimal) -> int:
         """A value to its word; one that merely rounds onto an off code is refused."""
         digits = round_to_integer(value.scaleb(self.decimals, EXACT_CONTEXT))
-        if not 0 <= digits <= MAX_BCD or value < 0:
+        if value < 0 or digits > MAX_BCD:
             raise EncodeError("range", "is outside the word's range", self.low, self.high)
         if digits in self.off and value != digits * self.step:
             effect = "switches it off" if self.off_effect in {"off", "not allowed"} else self.off_effect

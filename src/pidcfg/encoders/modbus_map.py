@@ -314,7 +314,7 @@ class StatedNumbering:
         for start, row in sorted(self.rows, key=lambda entry: entry[1].register, reverse=True):
             n, part = divmod(register - row.register, TYPE_WIDTHS[row.type])
             number = start + n
-            if row.table == table and row.bit is None and n >= 0 and self.covering_row(number) == (start, row):
+            if row.table == table and row.bit is None and self.covering_row(number) == (start, row):
                 width = TYPE_WIDTHS[row.type]
                 return number, width - 1 - part if row.high_first else part
         return None

@@ -362,10 +362,8 @@ class Calls:
             self._read_assignment(parts, behind[1:-1], tokens)
         elif parts and behind[0].text == "(":
             self._read_call(parts, behind[:-1], tokens)
-        elif parts and is_latch(behind):
-            self.branches.read_statement(tokens)
         else:
-            self.skipped.skip_statement(tokens)
+            self.branches.read_statement(tokens)
 
     # --- calls -------------------------------------------------------------------------------------------------------
 
