@@ -945,7 +945,8 @@ def test_a_signal_of_which_a_library_makes_an_error_of_its_own_is_no_bug(number,
     assert (done.returncode, "This is a bug" in done.stderr) == (code, code == 3)
 
 
-def test_a_part_that_is_whole_ends_before_its_signal_counts():
+def test_a_part_that_is_whole_ends_before_its_signal_counts(monkeypatch):
+    monkeypatch.setattr(interrupts._SignalState, "has_begun", True)
     done = []
     with pytest.raises(interrupts.Terminated), interrupts.defer_signals():  # noqa: PT012 - the end of the block raises it
         interrupts._take_signal(signal.SIGTERM, None)
