@@ -607,6 +607,37 @@ def test_what_cannot_be_read_is_refused_with_its_place(text, message, place):
     assert place is None or (error.line, error.column) == place
 
 
+MISSING = "an operand of DPIDE is missing before ','"
+HALF = by_name()[: by_name().index("SV := ")]
+"""A call up to its second operand."""
+
+
+@pytest.mark.parametrize(
+    ("text", "message", "column"),
+    [
+        (by_name().replace("SV := 80", "5 := 80"), "the name of an operand of DPIDE stands before :=, as", None),
+        (by_name().replace("SV := 80", "SV.X := 80"), "the name of an operand of DPIDE stands before :=, as in", None),
+        (by_name().replace("SV := 80", "5 => 80"), "the name of an operand of DPIDE stands before =>, as in", None),
+        (by_name(SV=""), MISSING, None),
+        (by_name().replace("SV := 80.0", ""), MISSING, None),
+        (by_name().replace("SV := 80.0", "D700"), "D700 has no name; operands of DPIDE are all named", None),
+        (by_name().replace("SV := 80.0", "XSV := 80.0"), "DPIDE has no operand XSV; did you mean SV?", None),
+        (by_name().replace("SV := 80.0", "SV => 80.0"), "SV is an input of DPIDE; write SV := 80.0", None),
+        (by_name().replace("SV := 80.0", "PID_RUN := M1"), "PID_RUN stands here again", None),
+        (by_name()[:-2] + ",);", "an operand of DPIDE is missing after the comma", len(by_name()[:-2]) + 2),
+        (by_name()[:-1] + " + 1;", "'+' stands behind the call of DPIDE", len(by_name())+ 1),
+        (by_name(SV=None), "DPIDE has 20 of its 21 operands here; write SV, too", 1),
+        (by_name(SV=None, CYCLE=None, MV=None), "DPIDE has 18 of its 21 operands here; write SV, CYCLE, MV, too", 1),
+        (by_position([*NAMED.values()][:20]), "DPIDE has 21 operands, or 22 with EN before them; 20 stand here", 1),
+        (by_position([*NAMED.values(), *["D0"] * 2]), "with EN before them; 23 stand here", len(by_position()) + 5),
+    ],
+)  # fmt: skip
+def test_a_call_that_is_not_one_of_the_instruction_says_where_and_why(text, message, column):
+    error = refused(text)
+    assert message in str(error)
+    assert (error.line, error.column) == (1, len(HALF) + 1 if column is None else column)
+
+
 @pytest.mark.parametrize(
     ("operand", "tokens", "message"),
     [
@@ -665,6 +696,57 @@ def test_a_spoiled_function_block_is_refused(old, new, message):
         assert message in str(refused(text.replace(old, new)))
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "message", "line"),
+    [
+        (
+            "END_FUNCTION_BLOCK",
+            "\nDPIDE(); END_FUNCTION_BLOCK",
+            "DPIDE stands in AS_DPIDE again; one function block",
+            16,
+        ),
+        (
+            "DPIDE(SM400",
+            "IF SM1 THEN\nDPIDE(SM400",
+            "DPIDE stands inside the IF of line 13 in AS_DPIDE; call AS_DPIDE",
+            14,
+        ),
+        ("PID_RUN, SV, PV", "PID_RUN, CYCLE, PV", "SV is REAL; CYCLE is declared as DINT in line 4", 13),
+        (", BIAS := DIPDE_BIAS", "", "the call of AS_DPIDE has no BIAS, which is BIAS of DPIDE", 33),
+    ],
+)
+def test_what_a_function_block_has_wrong_is_told_at_its_line(old, new, message, line):
+    text = (DATA / "manual-4.hand.st").read_text().replace(old, new, 1)
+    if "THEN" in new:
+        text = text.replace("I_MV, MV);\nEND_FUNCTION_BLOCK", "I_MV, MV); END_IF;\nEND_FUNCTION_BLOCK")
+    error = refused(text)
+    assert message in str(error)
+    assert line is None or error.line == line
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "held"),
+    [
+        ("PV, PID_MODE", "PV, PID_MODE", 0.0),
+        ("MOUT, BIAS : REAL;", "MOUT : REAL; BIAS : REAL := 2.5;", 2.5),
+        ("MOUT, BIAS, I_MV, MV)", "MOUT, 3.5, I_MV, MV)", 3.5),
+        ("MOUT, BIAS, I_MV, MV)", "MOUT, Own, I_MV, MV)", 4.5),
+    ],
+)
+def test_an_operand_of_a_function_block_is_its_argument_or_what_stands_in_the_block(old, new, held):
+    text = (DATA / "manual-4.hand.st").read_text().replace(old, new, 1)
+    text = text.replace("END_VAR\nDPIDE(", "END_VAR\nVAR Own : REAL := 4.5; END_VAR\nDPIDE(")
+    if held:
+        text = text.replace(", BIAS := DIPDE_BIAS", "").replace("DIPDE_BIAS", "Unused")
+    loop = again(text).loops[0]
+    assert float(loop.BIAS) == held
+
+
+def test_a_function_block_without_the_instruction_is_left_out():
+    other = "FUNCTION_BLOCK Other\nVAR_INPUT a : REAL; END_VAR\na := 1.0;\nEND_FUNCTION_BLOCK\n"
+    assert read_st(other + by_name()).notes[-1] == "statements that are not about DPIDE are left out: lines 3"
+
+
 @SLOW
 @given(cut=st.integers(0, 3000), length=st.integers(1, 40))
 def test_a_text_with_a_hole_gives_a_configuration_or_an_error(cut, length):
@@ -679,7 +761,7 @@ def test_a_text_with_a_hole_gives_a_configuration_or_an_error(cut, length):
 # --- What a program in Structured Text does with operands of DPIDE besides the call: named with its line --------------
 
 OPERANDS = (
-    "PID_RUN := TRUE, SV := 80.0, PV := D102, PID_MODE := 0, PID_MAN := Man, MOUT_AUTO := FALSE, CYCLE := 1000, "
+    "PID_RUN := Run, SV := 80.0, PV := D102, PID_MODE := 0, PID_MAN := Man, MOUT_AUTO := FALSE, CYCLE := 1000, "
     "Kc_Kp := Kp, Ti_Ki := 180.0, Td_Kd := 0.0, Tf := 0.0, PID_EQ := TRUE, PID_DE := TRUE, PID_DIR := TRUE, "
     "ERR_DBW := 0.0, MV_MAX := 100.0, MV_MIN := 0.0, MOUT := 0.0, BIAS := 0.0, I_MV := D500, MV => D104"
 )
@@ -693,7 +775,7 @@ LEFT = "statements that are not about DPIDE are left out: lines 2"
 
 def program(statements: str) -> str:
     """A program with one instruction; the statements begin in line 2."""
-    declared = "VAR Kp AT D110 : REAL := 2.0; Man : BOOL := FALSE; END_VAR"
+    declared = "VAR Kp AT D110 : REAL := 2.0; Man : BOOL := FALSE; Run AT Y0.1 : BOOL := TRUE; END_VAR"
     return f"{declared}\n{statements}\nDPIDE({OPERANDS});\n"
 
 
@@ -709,6 +791,11 @@ def program(statements: str) -> str:
         ("DMOV(EN := M0, S := 9.0, D := kp);", PASSED),
         ("CASE D1 OF 1: DMOV(9.0, Kp); END_CASE", PASSED),
         ("X := Kp + 1.0;", LEFT),
+        ("Kp\n:= D7;", ASSIGNED.format("Kc_Kp", 2)),
+        ("Run := M3;", ASSIGNED.format("PID_RUN", 2)),
+        ("Y0.1 := FALSE;", ASSIGNED.format("PID_RUN", 2)),
+        ("Kp := Kp + 1.0;", ASSIGNED.format("Kc_Kp", 2)),
+        ("CASE D1 OF 1: Kp := 5.0; 2: Kp := 6.0; END_CASE", ASSIGNED.format("Kc_Kp", 2)),
         ("X := ABS(Kp);", LEFT),
         ("X := Kp = 5.0;", LEFT),
         ("X := (Kp) = 5.0;", LEFT),

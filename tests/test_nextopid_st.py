@@ -878,6 +878,93 @@ def test_to_set_and_to_reset_are_moves_on_a_condition(statement, value, when):
     assert found.plc["moves"] == [{"move": value, "to": "Z", "when": when, "at": "start"}]
 
 
+@pytest.mark.parametrize(
+    ("statements", "says", "line"),
+    [
+        ("IF THEN B.SP := 5; END_IF A(PV := X);", "a condition is missing after IF", 4),
+        ("CASE OF 1: B.SP := 5; END_CASE A(PV := X);", "a condition is missing after CASE", 4),
+        ("IF Z THEN X := ; END_IF A(PV := X);", "X is assigned in line 4: wire what it is assigned there", 4),
+        (
+            "IF Z THEN Z := FALSE;\nB\n.SP := 3; END_IF B(PV := X); A(PV := X);",
+            "Z is assigned inside the statement whose condition reads it, before line 5: assign it last",
+            4,
+        ),
+    ],
+)
+def test_a_branch_that_is_not_read_says_what_it_is_about(statements, says, line):
+    with pytest.raises(ListingError) as error:
+        read_st(body(statements))
+    assert (str(error.value), error.value.line) == (says, line)
+
+
+@pytest.mark.parametrize(
+    "statement", ["Box.A := 1.0;", "Box.B.MV := 1.0;", "Box.Foo(1);", "Y := ;", "Y;", "Foo(Box.A);", "Y[1] := 2;"]
+)
+def test_what_does_not_concern_a_block_is_left_out(statement):
+    found = read_st(body(f"A(PV := X); B(PV := X);\n{statement}"))
+    assert "statements that are not about blocks of the library are left out: lines 5" in found.notes
+
+
+@pytest.mark.parametrize(
+    "statement",
+    [
+        "FOR Q := (1) TO 3 DO Y := 5; END_FOR",
+        "FOR Q := 1 TO (3) DO IF (Z) THEN Y := (5); END_IF END_FOR",
+        "WHILE (Z) DO Foo(Q := 1); Y := 5; END_WHILE",
+        "Foo(Q := (1), R => Y);",
+        "Y REF= Q;",
+        "FOR Y := 1 TO 3 DO ; END_FOR",
+    ],
+)
+def test_what_a_statement_that_is_left_out_assigns_no_block_reads(statement):
+    with pytest.raises(ListingError, match="Y is assigned in line 4: wire what it is assigned there"):
+        read_st(body(f"{statement}\nA(PV := Y);"))
+
+
+CALLED = "V1 : REAL; Q : REAL; L : PIDA_TUNE_REAL; Box : INT;"
+
+
+@pytest.mark.parametrize(
+    ("statements", "says", "place"),
+    [
+        ("A(PV := X, MV => V1); B(PV := X, MV => V1);", "V1 stands for A.MV already", (4, 40)),
+        ("ControlSelectMax(MV1 := X, MV => V1, OVERR1 => V1);", "V1 stands for SelectMax_1.MV already", (4, 48)),
+        ("L(PV := X, AutoTuneParam := Y);", "PIDA_TUNE_REAL has no input parameter AutoTuneParam; did you", (4, 12)),
+        ("L.AutoTuneParam.NumCycles := 3;\nL.AutoTuneParam.NumCycles := 4;", "NumCycles is assigned again", (5, 3)),
+        ("A := X;", "A is used as a whole inside another statement", (4, 1)),
+        ("PIDA_REAL(PV := X);", "PIDA_REAL is a function block: declare an instance, and call that", (4, 1)),
+        ("A(PV := X); A(PV := X);", "A is called again", (4, 13)),
+        ("A(PV := X, EN := Z);", "A is called on a condition; a configuration has none", (4, 12)),
+        ("A(PV := X, ENO => Z);", "A is called on a condition; a configuration has none", (4, 12)),
+        ("A(PV := X, SP => V1);", "PIDA_REAL has no output parameter SP", (4, 12)),
+        ("A(PV := X, MV => B);", "B is used as a whole inside another statement", (4, 18)),
+        ("A(PV := X, X);", "an argument of A has no name; write it as in PV := FT_101", (4, 12)),
+        ("A(PV := );", "nothing stands behind PV :=", (4, 6)),
+        ("A(PV := X, pv := X);", "pv stands here again", (4, 12)),
+        ("A(PV := X) + 1;", "'+' stands behind the call of A", (4, 12)),
+    ],
+)
+def test_a_call_is_refused_at_its_place(statements, says, place):
+    with pytest.raises(ListingError, match=re.escape(says)) as error:
+        read_st(body(statements, CALLED))
+    assert (error.value.line, error.value.column) == place
+
+
+def test_moves_are_executed_in_the_order_of_the_program():
+    text = "IF Z THEN Q := 3.0; END_IF A.SP := Q; IF Z THEN A.SP := 5.0; END_IF A(PV := X);"
+    moves = read_st(body(text, CALLED)).plc["moves"]
+    assert [(move["move"], move["to"]) for move in moves] == [(3.0, "Q"), ("Q", "A.SP"), (5.0, "A.SP")]
+    assert {move["at"] for move in moves} == {"start"}
+
+
+def test_setting_takes_the_whole_condition_and_nothing_without_one():
+    found = read_st(body("A.Manual S= Z AND Y > 2; A(PV := X);"))
+    assert found.plc["moves"] == [{"move": True, "to": "A.Manual", "when": "Z AND Y > 2", "at": "start"}]
+    empty = read_st(body("A(PV := X); Z S= ;"))
+    assert "moves" not in empty.plc
+    assert "statements that are not about blocks of the library are left out: lines 4" in empty.notes
+
+
 TYPED = "TYPE Recipe : STRUCT Low : REAL; END_STRUCT END_TYPE\nFUNCTION Twice : REAL VAR_INPUT V : REAL; END_VAR\n"
 TYPED += "Twice := V * 2.0; END_FUNCTION\n"
 LISTS = "VAR_GLOBAL L : PIDA_REAL; Target : REAL := 30.0; END_VAR\n"
