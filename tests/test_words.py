@@ -248,7 +248,7 @@ def units(text: str) -> Quantity:
     ],
 )  # fmt: skip
 def test_what_counts_mean_on_a_scale(name, limits, root, values, spans):
-    scale = Scale(FORMATS[name], limits and tuple(map(Decimal, limits)), root=root)
+    scale = Scale(FORMATS[name], limits and tuple(map(Decimal, limits)), has_root=root)
     assert {count: scale.value(count) for count in values} == values
     assert {count: scale.span_value(count) for count in spans} == spans
     for count, value in values.items():
@@ -276,13 +276,13 @@ def test_what_counts_mean_on_a_scale(name, limits, root, values, spans):
 )
 def test_what_a_pv_is_before_its_root(name, raw, percent, value):
     """A signal of so many percent, and what its root stands for on the set point's range of 20 to 70."""
-    pv, root = (Scale(FORMATS[name], (Decimal(20), Decimal(70)), root=root) for root in (False, True))
+    pv, root = (Scale(FORMATS[name], (Decimal(20), Decimal(70)), has_root=root) for root in (False, True))
     assert tuple(map(float, pv_before_root(pv, root, raw))) == pytest.approx((percent, value), abs=0.001)
-    assert pv_before_root(pv, Scale(FORMATS[name], None, root=True), raw)[1] is None
+    assert pv_before_root(pv, Scale(FORMATS[name], None, has_root=True), raw)[1] is None
 
 
 PLAIN = Scale(FORMATS["12-bit unipolar"], (Decimal(0), Decimal(4095)))
-ROOT = Scale(FORMATS["12-bit unipolar"], (Decimal(0), Decimal(100)), root=True)
+ROOT = Scale(FORMATS["12-bit unipolar"], (Decimal(0), Decimal(100)), has_root=True)
 BIPOLAR = Scale(FORMATS["12-bit bipolar"], (Decimal(-4095), Decimal(4095)))
 
 
