@@ -173,11 +173,6 @@ class Statement(NamedTuple):
 
     tokens: tuple[Token, ...]
 
-    @property
-    def first_token(self) -> Token:
-        """Where it begins."""
-        return self.tokens[0]
-
 
 @dataclass(slots=True)
 class Cursor:

@@ -271,7 +271,7 @@ class Calls:
             word = step.first_token.upper if step.first_token.kind == NAME else ""
             symbol = scope.symbols.get(word)
             template = self.templates.get(symbol.declaration.type_name) if symbol else None
-            is_call = len(step.tokens) > 1 and step.tokens[1].text == "("
+            is_call = step.tokens[1].text == "("
             if word == INSTRUCTION and is_call:
                 arguments_of_call = read_arguments(step, OPERAND_NAMES, OUTPUTS, INSTRUCTION)
                 enable = arguments_of_call.get(EN, (step.first_token, ()))[1]
