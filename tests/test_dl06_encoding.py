@@ -11,13 +11,14 @@ from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 from dl06_strategies import configurations, loop_words
-from pidcfg.encoders.codecs import Bcd, DecodeError
+from pidcfg.encoders.codecs import Bcd, DecodeError, EncodeError, Scale
 from pidcfg.encoders.dl06 import DATA_FORMATS
 from pidcfg.encoders.dl06.files import FORMATS, checklist
-from pidcfg.encoders.dl06.image import decode, encode, mode_of
+from pidcfg.encoders.dl06.image import decode, encode, mode_of, tuning_of
 from pidcfg.encoders.listing import ListingError, detect_kind
 from pidcfg.encoders.maps.dl06 import FORMATS as FORMATS_OF_DATA
 from pidcfg.encoders.maps.dl06 import LOOP_TABLE, LOOP_TABLES, RAMP_SOAK_PAIR, SETUP_WORDS
+from pidcfg.schemas.base import Quantity
 from pidcfg.schemas.dl06 import Dl06File
 from pidcfg.text.source import read_document
 from pidcfg.text.writer import yaml_text
@@ -404,9 +405,51 @@ def test_each_bcd_word_has_the_off_codes_of_the_manual(decimals):
         for table in (LOOP_TABLES[decimals], RAMP_SOAK_PAIR)
         for word in table.words
     }
-    found = {name: codec.off for name, codec in codecs.items() if isinstance(codec, Bcd)}
-    assert found == OFF_CODES
-    assert codecs["reset"].decimals == decimals
+    found = {name: codec for name, codec in codecs.items() if isinstance(codec, Bcd)}
+    assert {name: codec.off for name, codec in found.items()} == OFF_CODES
+    places = {"filter": 1, "soak": 1, "derivative_gain_limit": 0, "reset": decimals}
+    assert {name: codec.decimals for name, codec in found.items()} == {name: places.get(name, 2) for name in OFF_CODES}
+
+
+@pytest.mark.parametrize(
+    ("pv", "share"),
+    [
+        ({}, 1.0),
+        ({"filter": 0.5}, 0.5),
+        ({"filter": 1}, 1.0),
+        ({"filter": 0, "filter_enabled": True}, 1.0),
+        ({"filter": 0.2, "filter_enabled": False}, 1.0),
+        ({"filter": 5}, 1.0),
+    ],
+)
+def test_a_filter_takes_its_share_of_each_difference_where_it_is_on(pv, share):
+    config = configuration({"pv": pv})
+    assert tuning_of(config, config.loops[0]).pv_share == share
+
+
+def test_a_value_that_its_word_rounds_is_told_with_its_place():
+    encoding = encode(configuration({}, {"tuning": {"gain": 1.234}, "pv": {"filter": 0.54}}))
+    found = [(path, row.path, row.word.name, row.value, row.stored) for path, row in encoding.rounded]
+    assert found == [
+        (("loops", 1, "tuning", "gain"), "tuning.gain", "gain", Decimal("1.234"), Decimal("1.23")),
+        (("loops", 1, "pv", "filter"), "pv.filter", "filter", Decimal("0.54"), Decimal("0.5")),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("value", "fault", "high"),
+    [
+        (Quantity(Decimal(10)), "range", "9.999"),
+        (Quantity(Decimal(100), counts=True), "range", "99.99"),
+        (Quantity(Decimal("0.0001")), "off", "99.99"),
+    ],
+)
+def test_a_slope_that_its_word_does_not_hold_is_told_in_its_own_unit(value, fault, high):
+    """Ten counts a unit; the word has two decimals of a count."""
+    scale = Scale(FORMATS_OF_DATA["12-bit unipolar"], (Decimal(0), Decimal("409.5")))
+    with pytest.raises(EncodeError) as error:
+        RAMP_SOAK_PAIR.find_word("slope").encode(value, {"sp": scale})
+    assert (error.value.fault, error.value.low, error.value.high) == (fault, 0, Decimal(high))
 
 
 def test_a_missing_word_is_named():

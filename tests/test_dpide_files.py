@@ -50,6 +50,31 @@ def rows(text: str) -> list[dict[str, str]]:
     return list(csv.DictReader(io.StringIO(body, newline="")))
 
 
+@pytest.mark.parametrize(
+    ("header", "kind"),
+    [
+        ("operand,value", "operands"),
+        ("Value;Loop;Operand", "operands"),
+        ("operand,type", None),
+        ("name,type", "csv"),
+        ("name,value", None),
+        ("class,identifiers,address", "symbols"),
+        ("Class,Identifiers,Type", None),
+    ],
+)
+def test_a_table_is_known_by_the_columns_that_it_must_have(header, kind):
+    found = detect_kind(f"{header}\nx,y,z\n", FORMATS)
+    assert (found and found.name) == kind
+
+
+def test_a_comment_of_a_symbol_table_has_commas_of_its_own():
+    table = symbol_table.parse_symbols(
+        ",".join(symbol_table.COLUMNS) + "\nVAR,A,D0,ARRAY [0..1, 0..2] OF INT,0,a, b, c\n"
+    )
+    (row,) = table.rows
+    assert (row.cells[3:], row.comment) == (("ARRAY [0..1, 0..2] OF INT", "0", "a, b, c"), "a, b, c")
+
+
 @pytest.mark.parametrize("kind", READABLE)
 @SLOW
 @given(config=configurations())

@@ -155,7 +155,10 @@ def test_what_the_instruction_may_write_is_a_symbol(given, more):
     ("loops", "message"),
     [
         ([{"name": "7 UP"}], "no symbols can be made of the name"),
-        ([{"call": {"timer": "T1"}}, {"call": {"timer": "T1"}, "CYCLE": 500}], "T1 cannot run for 500 ms and 1000 ms"),
+        (
+            [{"call": {"timer": "T1"}}, {"call": {"timer": "T1"}, "CYCLE": 500}],
+            "L1: T1 cannot run for 500 ms and 1000 ms of L0; give",
+        ),
         ([{"call": {"function_block": "DPIDE"}}], "a name that something else has"),
         ([{"call": {"function_block": "L0_SV"}}], "a name that something else has"),
         ([{"call": {"function_block": "L0_WIDTH"}}], "a name that something else has"),
@@ -740,6 +743,12 @@ def test_an_operand_of_a_function_block_is_its_argument_or_what_stands_in_the_bl
         text = text.replace(", BIAS := DIPDE_BIAS", "").replace("DIPDE_BIAS", "Unused")
     loop = again(text).loops[0]
     assert float(loop.BIAS) == held
+
+
+def test_a_parameter_of_an_instance_that_is_assigned_is_no_call():
+    text = (DATA / "manual-4.hand.st").read_text().replace("T0 := FALSE;", "T0 := FALSE;\nU1.SV := 5.0;")
+    assert again(text) == example(4)
+    assert read_st(text).notes[-1] == "statements that are not about DPIDE are left out: lines 39"
 
 
 def test_a_function_block_without_the_instruction_is_left_out():

@@ -253,6 +253,7 @@ def test_every_error_number_and_status_has_a_meaning():
     assert [code.number for code in ezlogix_meanings.CODES] == list(range(11))
     assert ezlogix_meanings.CODES[ezlogix_autotune.NO_MEMORY].title == "low memory"
     assert ezlogix_meanings.CODES[ezlogix_autotune.NO_STEP].title == "the CV could not be incremented"
+    assert [(code.register, code.number) for code in dpide_meanings.CODES] == [("PID_MODE", mode) for mode in (0, 1, 2)]
     for prefix, codes in (("CK", click_meanings.CODES), ("AT", ezlogix_meanings.CODES)):
         for code in codes:
             (page,) = pages(f"{prefix}{code.number}")

@@ -6,6 +6,7 @@ import csv
 import io
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -18,8 +19,8 @@ from command import run
 from pidcfg import api
 from pidcfg.cli.commands.decode import command
 from pidcfg.encoders.codecs import DecodeError
-from pidcfg.encoders.contract import formats_of
-from pidcfg.encoders.decoding import read_listing
+from pidcfg.encoders.contract import formats_of, tables_of
+from pidcfg.encoders.decoding import decode_listing, read_listing
 from pidcfg.encoders.dl06.files import read_bytes, read_ihex, write_records
 from pidcfg.encoders.image import LoopOption, with_options
 from pidcfg.encoders.listing import ListingError, read_text
@@ -656,6 +657,55 @@ def test_a_file_of_the_programming_software_holds_more_than_loops(vendor, name, 
 def test_a_dump_holds_more_than_loops():
     text = "<DS=START>\nAddress,1\nDS1,0\n</DS=END>\n"
     assert formats_of(VENDORS["click"]).FORMATS["data-dump"].read(text).is_mixed
+
+
+@pytest.mark.parametrize("data", [b"PK\x03\x04" + b"\0" * 40, b"%PDF-1.7\n"], ids=("zip", "pdf"))
+@pytest.mark.parametrize("vendor", FILES)
+def test_a_file_that_is_no_text_is_told_as_what_it_is(vendor, data):
+    with pytest.raises(ListingError, match=r"^the file is .+, no memory listing; .+"):
+        read_listing(data, VENDORS[vendor], DEFAULT)
+
+
+def test_a_file_may_be_as_large_as_the_limit():
+    limits = replace(DEFAULT, file_bytes=8)
+    data = b"V1 0001\n".ljust(limits.listing_bytes, b"#")
+    assert read_listing(data, VENDORS["dl06"], limits).words == {1: 1}
+    with pytest.raises(ListingError, match=f"the file is larger than {limits.listing_bytes} bytes"):
+        read_listing(data + b"#", VENDORS["dl06"], limits)
+
+
+@pytest.mark.parametrize(("length", "named"), [(1000, True), (1001, False)])
+def test_a_listing_names_its_vendor_in_its_first_1000_characters(length, named):
+    text = "?" * (length - len("click memory listing")) + "click memory listing"
+    said = "this is a listing of vendor click, not dl06" if named else "this is no memory listing that pidcfg reads"
+    with pytest.raises(ListingError, match=said):
+        read_listing(text.encode(), VENDORS["dl06"], DEFAULT)
+
+
+def test_a_listing_gives_the_image_that_it_is_of():
+    listing = read_listing(written("dl06", "text").encode(), VENDORS["dl06"], DEFAULT)
+    image = listing.make_image("dl06")
+    assert (image.vendor, image.words, image.settings) == ("dl06", listing.words, listing.settings)
+    assert image.plc == listing.plc
+    assert [cell.number for cell in image.cells] == sorted(listing.words)
+
+
+@pytest.mark.parametrize("vendor", ["dl06", "click", "ezlogix"])
+def test_an_address_is_one_from_the_first_to_the_last_of_its_bank(vendor):
+    space = tables_of(VENDORS[vendor]).SPACE
+    for bank in space.banks:
+        for n, there in ((bank.first, True), (bank.last, True), (bank.last + 1, False), (bank.first - 1, False)):
+            if n >= 0:
+                number = space.parse(bank.address_name(n))
+                assert number == (space.number_of(bank.prefix, n) if there else None)
+
+
+def test_what_is_missing_altogether_is_told_at_the_first_line():
+    for vendor, line in (("ezlogix", "R1 0001"), ("click", "C1 1"), ("dl06", "V1 0001")):
+        listing = read_listing(f"# a\n# b\n{line}\n".encode(), VENDORS[vendor], DEFAULT)
+        with pytest.raises(ListingError) as error:
+            decode_listing(listing, VENDORS[vendor], {})
+        assert (error.value.line, error.value.column) == (1, 1)
 
 
 BITS = LoopOption(("bits",), "bits", "where the C bits begin")

@@ -393,6 +393,14 @@ def test_who_writes_a_register(vendor, values, live, operated, compared):
     assert kinds == {name: kind for kind, names in wanted.items() for name in names.split()}
 
 
+@pytest.mark.parametrize("vendor", VENDORS)
+def test_every_writer_is_of_one_of_the_kinds_and_says_who(vendor):
+    for row in getattr(tables_of(VENDORS[vendor]), "WRITERS", ()):
+        assert row.kind in {"live", "operated", "compared"}, row.name
+        assert row.name not in {"live", "operated", "compared"}
+        assert " " in row.writer
+
+
 @pytest.mark.parametrize(
     ("example", "address", "key"),
     [

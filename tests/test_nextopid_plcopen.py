@@ -26,7 +26,7 @@ from pidcfg.encoders.nextopid.st_read import add_zeros, read_st
 from pidcfg.encoders.nextopid.st_write import Variable, write_plcopen, write_st
 from pidcfg.encoders.nextopid.st_write import _variable_xml as variable_xml
 from pidcfg.encoders.parameters import Parameter, store_value
-from pidcfg.schemas.iec import INT, REAL, TIME, Wire
+from pidcfg.schemas.iec import DINT, INT, REAL, TIME, UINT, USINT, Wire
 from pidcfg.schemas.nextopid import NextopidFile
 from pidcfg.vendors import VENDORS
 
@@ -565,6 +565,20 @@ def test_only_controllers_have_parameters_in_the_units_of_pv_and_output():
     ("kind", "value", "stored", "fault"),
     [
         (REAL, "1.5", 1.5, None),
+        (INT, "32767", 32767, None),
+        (INT, "-32768", -32768, None),
+        (INT, "-32769", 0, "range"),
+        (INT, "0.5", 0, "form"),
+        (UINT, "65535", 65535, None),
+        (UINT, "65536", 0, "range"),
+        (UINT, "-1", 0, "range"),
+        (USINT, "255", 255, None),
+        (USINT, "256", 0, "range"),
+        (DINT, "2147483647", 2147483647, None),
+        (DINT, "2147483648", 0, "range"),
+        (TIME, "4294967.295", "T#4294967295ms", None),
+        (TIME, "4294967.296", "T#0ms", "range"),
+        (TIME, "-0.001", "T#0ms", "range"),
         (REAL, "1e39", 0.0, "range"),
         (INT, "32768", 0, "range"),
         (TIME, "0.0005", "T#0ms", "form"),
