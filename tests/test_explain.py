@@ -411,7 +411,10 @@ def test_an_effect_is_no_advice_and_no_text_is_both():
     assert not [effect for effect, _ in texts if effect.split()[0] in ADVICE]
     assert not {effect for effect, _ in texts} & {cure for _, cure in texts}
     plain = [cure for _, cure in texts if cure and cure.split()[0] not in ADVICE]
-    assert {cure.split()[0] for cure in plain} == {"A", "If", "Normal", "Right", "The", "To"}, "what to think of it"
+    assert {" ".join(cure.split()[:3]) for cure in plain} == {
+        *("A broken sensor", "If it stays", "Normal after a", "Normal for a", "Right while a", "The loop does"),
+        *("The wrong direction", "To control, set"),
+    }, "what to think of it"
 
 
 def test_every_rule_that_a_meaning_names_exists():

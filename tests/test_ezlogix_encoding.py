@@ -9,10 +9,10 @@ from hypothesis import HealthCheck, given, settings
 from pydantic import ValidationError
 
 from ezlogix_strategies import configurations, registers
-from pidcfg.encoders.codecs import DecodeError
+from pidcfg.encoders.codecs import DecodeError, EncodeError
 from pidcfg.encoders.ezlogix.files import FORMATS
 from pidcfg.encoders.ezlogix.image import decode, encode
-from pidcfg.encoders.maps.ezlogix import BLOCKS, MIN_SAMPLE_COUNTS, SPACE, TABLES, VARIABLES
+from pidcfg.encoders.maps.ezlogix import BLOCKS, MIN_SAMPLE_COUNTS, SPACE, TABLES, VARIABLES, Window
 from pidcfg.encoders.regmap import NoRegisterError
 from pidcfg.schemas.ezlogix import EzlogixFile
 from pidcfg.text.source import read_document
@@ -343,3 +343,19 @@ def test_a_range_without_counts_is_not_stretched_and_the_note_names_the_key():
 
     assert "counts" not in found.data["loops"][0]["pv"]
     assert "R102 (setpoint) holds 5500, more than 4095, the end of pv.range: say in pv.counts" in found.notes[0]
+
+
+@pytest.mark.parametrize(
+    ("counts", "fits", "stored"),
+    [
+        (100, True, None), (4000, True, None), (99, False, 99), (4001, False, 4001), (0, False, 0),
+        (0xFFFF, False, 0xFFFF), (-1, False, None), (0x10000, False, None),
+    ],
+)  # fmt: skip
+def test_counts_outside_the_ends_of_a_scale_are_told_and_stored_where_the_word_has_room(counts, fits, stored):
+    if fits:
+        assert Window(100, 4000).encode(counts) == Window.decode(counts) == counts
+        return
+    with pytest.raises(EncodeError) as error:
+        Window(100, 4000).encode(counts)
+    assert (error.value.fault, error.value.stored) == ("range", stored)

@@ -666,6 +666,22 @@ def test_a_file_that_is_no_text_is_told_as_what_it_is(vendor, data):
         read_listing(data, VENDORS[vendor], DEFAULT)
 
 
+@pytest.mark.parametrize(
+    ("first", "place"),
+    [(40_001, 0), (41_025, 0o2000), (49_999, 9998), (400_001, 0), (401_025, 0o2000), (465_536, 0xFFFF)],
+)
+def test_a_reference_of_a_holding_register_is_its_address_and_one(first, place):
+    listing = read_listing(f"{first} 0005\n".encode(), VENDORS["dl06"], DEFAULT)
+    assert listing.words == {place: 5}
+    assert listing.notes == (f"{first} is read as the reference of V{place:o} (D991)",)
+
+
+@pytest.mark.parametrize("number", [40_000, 400_000, 465_537])
+def test_a_number_beside_the_references_is_none(number):
+    with pytest.raises(ListingError, match=f"register {number} may count from 0 or from 1"):
+        read_listing(f"{number} 0005\n".encode(), VENDORS["dl06"], DEFAULT)
+
+
 def test_a_file_may_be_as_large_as_the_limit():
     limits = replace(DEFAULT, file_bytes=8)
     data = b"V1 0001\n".ljust(limits.listing_bytes, b"#")

@@ -638,6 +638,13 @@ def test_a_time_counts_in_seconds_where_it_is_divided_by_1000(text, wire):
         assert read_st(program).words["A.PV"] == Wire(wire)
 
 
+@pytest.mark.parametrize("count", range(5))
+def test_an_even_number_of_negations_is_none(count):
+    for sign, name, parameter in (("NOT ", "Z", "TRK_IN"), ("-", "X", "PV")):
+        found = read_st(body(f"A({parameter} := {sign * count}{name});")).words[f"A.{parameter}"]
+        assert found == Wire(f"{sign * (count % 2)}{name}")
+
+
 @pytest.mark.parametrize("name", ["X", "B.MV", "B.ErrBits.Kp"])
 def test_what_is_no_time_does_not_count_in_seconds(name):
     kind = "BOOL" if "Bits" in name else "REAL"
