@@ -25,7 +25,7 @@ from pidcfg.text.document import Plain
 from pidcfg.text.source import read_document
 from pidcfg.validate import engine, rule
 from pidcfg.validate.baseline import suppress
-from pidcfg.validate.engine import check_document
+from pidcfg.validate.engine import check_document, scalar_text
 from pidcfg.validate.fixes import Fixer, _KeyPlace, apply_edits, same_but_quotes, separate_findings
 from pidcfg.validate.rules.dl06 import RULES
 from pidcfg.validate.schema import all_keys, edit_distance, is_typo, keys_of, unambiguous_key
@@ -566,6 +566,48 @@ def test_another_name_is_a_decision(code):
 def test_a_name_that_two_loops_have_in_other_capitals_is_left():
     text = CASCADE.replace("cascade_from: TIC-11 ", "cascade_from: tic-101 ").replace("FIC-103", "Tic-101")
     assert fix(text).data.decode() == text
+
+
+NUMBERED = CASCADE.replace("name: TIC-101", 'name: "TIC #1"').replace("from: TIC-101", 'from: "TIC #1"')
+
+
+def test_a_name_that_yaml_would_cut_off_is_written_in_quotes():
+    right = NUMBERED.replace("TIC-11 ", '"TIC #1" ')
+    assert right.count('"TIC #1"') == 3
+    assert fix(NUMBERED.replace("TIC-11 ", "'tic #1' ")).data == fix(right).data == right.encode()
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        *(
+            "%",
+            "@1",
+            "- a",
+            "a: b",
+            "a #b",
+            " a",
+            "a ",
+            "a, b",
+            "a]",
+            "'a'",
+            '"a"',
+            "",
+            "*a",
+            "&a",
+            "!a",
+            "|",
+            "? a",
+            "{a}",
+        ),
+        *("TIC-101", "TIC #1", "TIC#1", "A.b/c", "µ", "1.5 s", "50 %", "degC/min"),
+    ],
+)
+@pytest.mark.parametrize("place", ["name: {}\n", "{{name: {}}}\n", "name: [{}, 1]\n"])
+def test_a_text_is_written_so_that_it_is_read_as_it_was(text, place):
+    doc = read_document(place.format(scalar_text(text)).encode(), "a.yaml")
+    found = doc.data["name"]
+    assert (found[0] if isinstance(found, list) else found) == text
 
 
 def test_a_warning_is_never_corrected():

@@ -428,6 +428,15 @@ def run_rules(rules: Iterable[Rule], context: Context[object, object], doc: Docu
                 yield make_diagnostic(rule, findings, doc, numbers)
 
 
+PLAIN_TEXT = re.compile(r"\w(?:[\w./%°²³+-]|(?<! )#| (?! *(?:#|$)))*")
+"""A text that YAML reads as it stands wherever a value may stand."""
+
+
+def scalar_text(text: str) -> str:
+    """A text as a value is written: in quotes where YAML would read something else."""
+    return text if PLAIN_TEXT.fullmatch(text) else json_line(text)
+
+
 def make_diagnostic(rule: Rule, findings: Sequence[Finding], doc: Document, numbers: QuotedNumbers) -> Diagnostic:
     """What a rule finds at one key, with its message and the place where it is written: one finding, the worst."""
     finding = max(findings, key=lambda one: one.severity or rule.severity)
@@ -447,7 +456,7 @@ def make_diagnostic(rule: Rule, findings: Sequence[Finding], doc: Document, numb
         plc_effect=finding.plc_effect,
         reference=str(finding.basis or rule.basis),
         help=finding.fix or rule.doc_part("Fix"),
-        edits=value_edit(doc, finding.path, finding.correction or "") if is_certain else (),
+        edits=value_edit(doc, finding.path, scalar_text(finding.correction or "")) if is_certain else (),
         key=key_of(doc, finding.path),
         value=value_of(doc, finding.path),
         quotes=numbers.numbers_of(rule, findings),

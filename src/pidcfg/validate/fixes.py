@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from bisect import bisect_left, insort
 from collections import Counter
@@ -262,7 +263,7 @@ def expected_data(doc: Document, fixed: Iterable[Diagnostic]) -> Any:
             parent = value_at(data, path[:-1])
             for edit in d.edits if path else ():
                 if edit.span == doc.locate(path):
-                    parent[path[-1]] = Plain(edit.text)
+                    parent[path[-1]] = json.loads(edit.text) if edit.text.startswith('"') else Plain(edit.text)
                 elif edit.span == doc.locate(path, key=True) and path[-1] in parent:
                     parent[edit.text.strip("'\"")] = parent.pop(path[-1])
     return data
