@@ -217,13 +217,15 @@ def demo() -> None:
 
 
 def test(*arguments: str) -> None:
-    """Install everything and run all tests, a process per processor; or what the arguments name.
+    """Install everything and run all tests, in a process more than there are processors; or what the arguments name.
 
-    Modules are kept compiled, as they are when installed: hundreds of tests start the command as a process.
+    Some tests wait for a browser, a PLC or another process. Modules are kept compiled, as they are when installed:
+    hundreds of tests start the command as a process.
     """
     prepare("test")
     os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
-    shared_out = ("--numprocesses", "auto", "--dist", "worksteal")
+    processors = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    shared_out = ("--numprocesses", str(processors + 1), "--dist", "worksteal")
     must(PYTHON, "-m", "pytest", *(arguments if arguments and arguments != ("--fast",) else (*shared_out, *arguments)))
 
 
