@@ -123,6 +123,16 @@ def test_a_parameter_of_no_loop_is_a_difference():
 # --- the loops of a DL06 ---------------------------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize("wire", ["TIC_1;SP", "TIC_9.SP", "TIC_1.SP +", ""])
+def test_a_feed_forward_that_cannot_be_read_is_a_difference(wire):
+    config = EXAMPLES / "nextopid/heatexchanger.yaml"
+    words = (config.parent / "golden/heatexchanger.csv").read_text("utf-8")
+    spoiled = words.replace("TIC_1.BIAS,REAL,,(TIC_1.SP -", f"TIC_1.BIAS,REAL,,({wire} -")
+    assert spoiled != words
+    (loop,) = pidcfg.diff(config.read_text("utf-8"), spoiled, names=("a.yaml", "b.csv")).loops
+    assert "BIAS" in {row.key for row in loop.differences}
+
+
 def test_a_loop_that_the_plc_no_longer_runs_is_told():
     result = pidcfg.diff(checked_file("dl06").document, listing_of("dl06", None, ("V7641", 2)), names=(None, "a.txt"))
     rows = {loop.loop: [(d.risk, d.before, d.after, d.note) for d in loop.differences] for loop in result.loops}

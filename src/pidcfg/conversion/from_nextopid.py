@@ -629,7 +629,8 @@ def _pulses(b: ParameterBuilder, _: Pida) -> None:
 
 def _output_terms(b: ParameterBuilder, _: Pida) -> None:
     """What else makes the output."""
-    if b.value("BIAS").wire and b.network.wires[b.number, "BIAS"].signals:
+    expression = b.network.wires.get((b.number, "BIAS"))
+    if b.value("BIAS").value is None or (expression is not None and expression.signals):
         b.drop_parameter("BIAS", "a feed-forward: add it to the output in the program")
     elif b.is_set("BIAS"):
         b.put_parameter("BIAS", "output.bias", b.value("BIAS").value)
